@@ -208,7 +208,7 @@ bool changes_content(const Scenario& scenario, const Fault& fault) {
 }
 
 /// Whether a fault keeps its frame from being accepted.
-bool spoils_frame(const Scenario& scenario, const Fault& fault) {
+bool corrupts_frame(const Scenario& scenario, const Fault& fault) {
     switch (fault_traits(fault.kind).effect) {
         case FaultEffect::kNone:
         case FaultEffect::kPixels:
@@ -231,7 +231,7 @@ bool is_lost(const Scenario& scenario, int renderer, std::uint32_t pair) {
     bool depth_delayed = false;
     for (const Fault& fault : scenario.faults) {
         if (fault.renderer != renderer || fault.pair != pair) continue;
-        if (spoils_frame(scenario, fault)) return true;
+        if (corrupts_frame(scenario, fault)) return true;
         half_pair_times += 2 * std::int64_t{fault.delay_pairs};
         const bool in_colour = fault.frame == FrameKind::kColour;
         colour_repeated = colour_repeated || (fault.kind == FaultKind::kRepeated && in_colour);

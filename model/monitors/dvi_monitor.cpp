@@ -105,20 +105,20 @@ void DviMonitor::step_between(const rtl::DviLink& link) {
 }
 
 void DviMonitor::step_frame(const rtl::DviLink& link) {
-    if (frame_.spoilt) {
+    if (frame_.corrupt) {
         // Its number of lines is not known, only that it ends with its vertical sync.
         if (x_ == 0 && !link.vsync && vsync_clocks_ > 0) {
-            end_spoilt_frame(link);
+            end_corrupt_frame(link);
             return;
         }
-        check_spoilt_clock(link);
+        check_corrupt_clock(link);
     } else {
         check_clock(link);
     }
     if (state_ == State::kFrame) advance();
 }
 
-void DviMonitor::end_spoilt_frame(const rtl::DviLink& link) {
+void DviMonitor::end_corrupt_frame(const rtl::DviLink& link) {
     if (vsync_clocks_ != DviTiming::kVerticalSyncLines * link_.timing.line_clocks()) {
         found("dvi/vsync",
               "VSYNC is shorter than " + std::to_string(DviTiming::kVerticalSyncLines) + " lines");
@@ -141,7 +141,7 @@ void DviMonitor::step_lost(const rtl::DviLink& link) {
 void DviMonitor::advance() {
     if (++x_ < link_.timing.line_clocks()) return;
     x_ = 0;
-    if (++line_ == link_.timing.frame_lines() && !frame_.spoilt) end_frame();
+    if (++line_ == link_.timing.frame_lines() && !frame_.corrupt) end_frame();
 }
 
 bool DviMonitor::active_line() const {
@@ -189,7 +189,7 @@ void DviMonitor::check_clock(const rtl::DviLink& link) {
                            " on for " + std::to_string(DviTiming::kHorizontalSyncPixels));
 }
 
-void DviMonitor::check_spoilt_clock(const rtl::DviLink& link) {
+void DviMonitor::check_corrupt_clock(const rtl::DviLink& link) {
     if (link.hsync != hsync_due()) {
         found("dvi/hsync", std::string("HSYNC is ") + level_name(link.hsync) +
                                " in a frame of faulty lines, " + level_name(!link.hsync) + " would be right");

@@ -31,7 +31,7 @@ class DviMonitor final : public sc_core::sc_module {
     /// What the monitor should know of a frame that begins.
     struct Frame {
         std::int64_t number = -1;  ///< a violation's frame
-        bool spoilt = false;       ///< kInput: by the scenario it has other lines than the mode
+        bool corrupt = false;      ///< kInput: by the scenario it has other lines than the mode
     };
 
     struct Link {
@@ -58,12 +58,12 @@ class DviMonitor final : public sc_core::sc_module {
     void step_first_sync(const rtl::DviLink& link);
     void step_between(const rtl::DviLink& link);
     void step_frame(const rtl::DviLink& link);
-    void end_spoilt_frame(const rtl::DviLink& link);
+    void end_corrupt_frame(const rtl::DviLink& link);
     void step_lost(const rtl::DviLink& link);
     void advance();
     bool active_line() const;
     void check_clock(const rtl::DviLink& link);
-    void check_spoilt_clock(const rtl::DviLink& link);
+    void check_corrupt_clock(const rtl::DviLink& link);
     bool hsync_due() const;
     void found(const char* rule, const std::string& what);
 

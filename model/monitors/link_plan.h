@@ -17,7 +17,7 @@ class LinkPlan {
     struct Frame {
         std::int64_t pair = 0;
         FrameKind kind = FrameKind::kColour;
-        bool spoilt = false;  ///< a fault changes its lines or their number
+        bool corrupt = false;  ///< a fault changes its lines or their number
     };
     /// The next frame on the link. Frames that are not sent are left out; one that is sent twice comes twice.
     Frame next();

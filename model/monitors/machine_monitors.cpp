@@ -217,7 +217,7 @@ void MachineMonitors::bind_link(std::size_t r) {
     link.restart = [plan] { plan->restart(); };
     link.next_frame = [plan] {
         const LinkPlan::Frame frame = plan->next();
-        return DviMonitor::Frame{frame.pair, frame.spoilt};
+        return DviMonitor::Frame{frame.pair, frame.corrupt};
     };
     auto monitor = std::make_unique<DviMonitor>(rtl::numbered("dvi_in_monitor", r).c_str(), link, log_);
     monitor->clk_i(machine_.link_clk(r));

@@ -54,7 +54,7 @@ void DviDecoder::clock_edge() {
         pixel_ = pixel;
         pixel_o.write(pixel_);
     }
-    const bool event_now = event.row || event.payload_bytes > 0 || event.tells_something();
+    const bool event_now = event.row || event.payload_bytes > 0 || event.reports_anything();
     if (event_now || event_pending_) {
         event_ = event;
         event_o.write(event_);

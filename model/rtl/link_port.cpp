@@ -29,7 +29,7 @@ void LinkPort::reset() {
 void LinkPort::clock_edge() {
     pass_edge();
     write_pixel(pixel_i.read());
-    if (event_i.read().tells_something()) {
+    if (event_i.read().reports_anything()) {
         take_event(event_i.read());
     }
     const bool request = request_.sample(request_i.read());

@@ -38,8 +38,8 @@ std::shared_ptr<const StoredImage> with_flipped_bits(std::shared_ptr<const Store
 }
 
 /// The faults that change what is in one frame.
-std::vector<const Fault*> spoiling_faults(const Scenario& scenario, int renderer, std::uint32_t pair,
-                                          FrameKind frame) {
+std::vector<const Fault*> corrupting_faults(const Scenario& scenario, int renderer, std::uint32_t pair,
+                                            FrameKind frame) {
     std::vector<const Fault*> faults;
     for (const Fault& fault : scenario.faults) {
         if (fault.renderer != renderer || fault.pair != pair || fault.frame != frame) continue;
@@ -49,7 +49,7 @@ std::vector<const Fault*> spoiling_faults(const Scenario& scenario, int renderer
 }
 
 /// Applies a fault to a frame whose content and control scanline have been made.
-void spoil(LinkFrame& link, const Fault& fault, DepthFormat format) {
+void corrupt(LinkFrame& link, const Fault& fault, DepthFormat format) {
     if (const int offset = fault_traits(fault.kind).control_offset; offset != FaultTraits::kNoOffset) {
         flip(link.control, offset, kByteBits);
         return;
@@ -131,7 +131,7 @@ ControlScanline control_content(const Scenario& scenario, const Renderer& render
 LinkFrame link_frame(const Scenario& scenario, int renderer_index, std::uint32_t pair, FrameKind frame) {
     const Renderer& renderer = scenario.renderers[static_cast<std::size_t>(renderer_index)];
     const DviTiming timing = renderer.timing();
-    const std::vector<const Fault*> faults = spoiling_faults(scenario, renderer_index, pair, frame);
+    const std::vector<const Fault*> faults = corrupting_faults(scenario, renderer_index, pair, frame);
     const auto has = [&faults](FaultKind kind) {
         return std::any_of(faults.begin(), faults.end(),
                            [kind](const Fault* fault) { return fault->kind == kind; });
@@ -148,7 +148,7 @@ LinkFrame link_frame(const Scenario& scenario, int renderer_index, std::uint32_t
     link.active_lines = timing.active_lines;
     link.last_line_pixels = timing.active_pixels;
     link.faults = static_cast<std::int64_t>(faults.size());
-    for (const Fault* fault : faults) spoil(link, *fault, scenario.depth_format);
+    for (const Fault* fault : faults) corrupt(link, *fault, scenario.depth_format);
     return link;
 }
 

@@ -361,13 +361,13 @@ struct PlaceOfImage {
 };
 
 const std::shared_ptr<const StoredImage>& image_of(const FrameSource& source, const Scenario& scenario,
-                                                   ImageShelf& shelf) {
+                                                   ImageCache& cache) {
     const PlaceOfImage place{source.entry.child("image").where(), source.entry.child("depth").where(),
                              source.files};
     ImageReading reading = scenario.image_reading;
     if (source.files.depth_range) std::tie(reading.near, reading.far) = *source.files.depth_range;
     try {
-        return shelf.image_of({source.files, scenario.depth_format, reading},
+        return cache.image_of({source.files, scenario.depth_format, reading},
                               [place](const std::string& fault) { place.fail(fault); });
     } catch (const InputError& error) {
         place.fail(error.what());
@@ -385,12 +385,12 @@ void split_viewport_of(RendererFrame& frame, const Entry& entry, const Renderer&
 }
 
 /// Reads the headers of one renderer's images and splits its viewports.
-void read_images(const RendererSource& source, Scenario& scenario, ImageShelf& shelf, Renderer& renderer) {
+void read_images(const RendererSource& source, Scenario& scenario, ImageCache& cache, Renderer& renderer) {
     std::map<const StoredImage*, std::size_t> indices;  // into the renderer's own list
     for (std::size_t i = 0; i < source.frames.size(); ++i) {
         const FrameSource& frame_source = source.frames[i];
         RendererFrame& frame = renderer.frames[i];
-        const std::shared_ptr<const StoredImage>& image = image_of(frame_source, scenario, shelf);
+        const std::shared_ptr<const StoredImage>& image = image_of(frame_source, scenario, cache);
         const auto [known, is_new] = indices.try_emplace(image.get(), renderer.images.size());
         if (is_new) {
             renderer.images.push_back(image);
@@ -404,10 +404,10 @@ void read_images(const RendererSource& source, Scenario& scenario, ImageShelf& s
     }
 }
 
-void read_images(Draft& draft, ImageShelf& shelf) {
+void read_images(Draft& draft, ImageCache& cache) {
     for (const RendererSource& source : draft.sources) {
         Renderer& original = draft.scenario.renderers[source.first];
-        read_images(source, draft.scenario, shelf, original);
+        read_images(source, draft.scenario, cache, original);
         for (std::size_t i = 1; i < static_cast<std::size_t>(source.copies); ++i) {
             Renderer& copy = draft.scenario.renderers[source.first + i];
             std::string name = std::move(copy.name);
@@ -454,8 +454,8 @@ void throw_if(const std::optional<RuleViolation>& violation, const Draft& draft,
 }
 
 /// The pixels of an image whose headers gave this size.
-ReadImage read_pixels(const ImageSource& source, const ImageShelf::Key& key, ImageSize size,
-                      const ImageShelf::Fail& fail) {
+ReadImage read_pixels(const ImageSource& source, const ImageCache::Key& key, ImageSize size,
+                      const ImageCache::Fail& fail) {
     const auto& [files, format, reading] = key;
     ReadImage image;
     try {
@@ -494,13 +494,13 @@ Draft read_draft(const Value& tree, const std::string& default_name, const std::
     return draft;
 }
 
-void read_colour_tables(const Value& tree, DisplayConfig& displays, ImageShelf& shelf) {
+void read_colour_tables(const Value& tree, DisplayConfig& displays, ImageCache& cache) {
     const std::vector<Entry> entries = correction_of(Entry(tree, scenario_schema())).items();
     for (std::size_t i = 0; i < displays.correction.size(); ++i) {
         DisplayCorrection& correction = displays.correction[i];
         if (!correction.has_lut()) continue;
         try {
-            correction.lut = shelf.colour_table_of(correction.lut_file);
+            correction.lut = cache.colour_table_of(correction.lut_file);
         } catch (const InputError& error) {
             entries[i].child("lut").fail(error.what());
         }
@@ -509,13 +509,13 @@ void read_colour_tables(const Value& tree, DisplayConfig& displays, ImageShelf& 
 
 }  // namespace
 
-const std::shared_ptr<const ColourTable>& ImageShelf::colour_table_of(const std::filesystem::path& file) {
+const std::shared_ptr<const ColourTable>& ImageCache::colour_table_of(const std::filesystem::path& file) {
     if (const auto known = colour_tables_.find(file); known != colour_tables_.end()) return known->second;
     return colour_tables_.emplace(file, std::make_shared<const ColourTable>(read_colour_table(file)))
         .first->second;
 }
 
-const std::shared_ptr<const StoredImage>& ImageShelf::image_of(const Key& key, Fail fail_later) {
+const std::shared_ptr<const StoredImage>& ImageCache::image_of(const Key& key, Fail fail_later) {
     if (const auto known = images_.find(key); known != images_.end()) return known->second;
     const auto failed = failures_.find(key);
     if (failed != failures_.end() && failed->second.is_lasting) throw InputError(failed->second.message);
@@ -537,11 +537,11 @@ Scenario read_settings(const Value& tree, const std::string& default_name) {
 }
 
 Scenario read_scenario(const Value& tree, const std::string& default_name, const std::filesystem::path& base,
-                       ImageShelf& shelf) {
+                       ImageCache& cache) {
     // Reading images takes longest: everything else is checked first.
     Draft draft = read_draft(tree, default_name, base);
-    read_colour_tables(tree, draft.scenario.displays, shelf);
-    read_images(draft, shelf);
+    read_colour_tables(tree, draft.scenario.displays, cache);
+    read_images(draft, cache);
     ClockConfig& clocks = draft.scenario.clocks;
     if (!clocks.dvi_in_is_known()) {
         clocks.dvi_in_mhz =

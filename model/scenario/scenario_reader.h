@@ -19,11 +19,12 @@
 /// From a scenario's YAML, overrides in place, to the scenario.
 namespace metabuffer::input {
 
-/// A cache of images and colour tables by their files. Each image is read once, however many renderers and scenarios show it: its headers at
-/// once, its pixels when they are needed. Headers that fail twice in the same way are not tried a third time.
-class ImageShelf {
+/// A cache of images and colour tables by their files. Each image is read once, however many renderers and scenarios
+/// show it: its headers at once, its pixels when they are needed. Headers that fail twice in the same way are not tried a
+/// third time.
+class ImageCache {
   public:
-    explicit ImageShelf(std::shared_ptr<const ImageSource> source) : source_(std::move(source)) {}
+    explicit ImageCache(std::shared_ptr<const ImageSource> source) : source_(std::move(source)) {}
 
     /// What a pixel depends on.
     using Key = std::tuple<ImageFiles, DepthFormat, ImageReading>;
@@ -54,6 +55,6 @@ Scenario read_settings(const Value& tree, const std::string& default_name);
 
 /// The whole scenario; paths of images and colour tables are relative to `base`. Throws InputError.
 Scenario read_scenario(const Value& tree, const std::string& default_name, const std::filesystem::path& base,
-                       ImageShelf& shelf);
+                       ImageCache& cache);
 
 }  // namespace metabuffer::input

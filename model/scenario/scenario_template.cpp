@@ -61,14 +61,14 @@ void add_colour_tables(const input::Value& tree, const std::filesystem::path& ba
 }  // namespace
 
 struct ScenarioTemplate::Content {
-    explicit Content(std::shared_ptr<const ImageSource> images) : shelf(std::move(images)) {}
+    explicit Content(std::shared_ptr<const ImageSource> images) : cache(std::move(images)) {}
 
     std::filesystem::path file;
     std::string text;
     std::filesystem::path base;
     std::string default_name;
     input::Value tree;
-    input::ImageShelf shelf;
+    input::ImageCache cache;
 
     /// Calls read with the tree that has the overrides in it.
     template <typename Read>
@@ -108,7 +108,7 @@ const std::string& ScenarioTemplate::text() const { return content_->text; }
 
 Scenario ScenarioTemplate::scenario(const std::vector<ScenarioOverride>& overrides) const {
     return content_->with(overrides, [this](const input::Value& tree) {
-        return input::read_scenario(tree, content_->default_name, content_->base, content_->shelf);
+        return input::read_scenario(tree, content_->default_name, content_->base, content_->cache);
     });
 }
 

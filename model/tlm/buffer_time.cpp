@@ -45,8 +45,8 @@ void BufferTime::add(const BeatRun& beats, std::int64_t granted, std::int64_t no
         frame.prefetched_cycle = arrival(run, frame.prefetched_at - 1 - run.first_pixel);
     }
     if (column_.may_stall() && column_.newest_frame() == newest_frame_) {
-        tell_late_arrivals(run);
-        tell_needed_step(frame);
+        report_late_arrivals(run);
+        report_needed_step(frame);
     }
     runs_.push_back(run);
 }
@@ -148,13 +148,13 @@ void BufferTime::start_frame(int frame) {
     }
     for (const Run& run : runs_) {
         if (run.frame == frame) {
-            tell_late_arrivals(run);
+            report_late_arrivals(run);
         }
     }
-    tell_needed_step(slot(frame));
+    report_needed_step(slot(frame));
 }
 
-void BufferTime::tell_needed_step(const Frame& frame) {
+void BufferTime::report_needed_step(const Frame& frame) {
     std::int64_t step = kNoStep;
     if (frame.planned < frame.pixels) {
         const std::int64_t needed = frame.segment.first_use(frame.planned);
@@ -168,10 +168,10 @@ void BufferTime::tell_needed_step(const Frame& frame) {
 /// Reports to the column each pixel that arrives later than the column needs it if nothing else delays the column. Each
 /// pixel is needed at least a step after the one before it, so on a bus with a beat each clock the first pixel of a run
 /// stands for all.
-void BufferTime::tell_late_arrivals(const Run& run) {
+void BufferTime::report_late_arrivals(const Run& run) {
     const Segment& segment = slot(run.frame).segment;
     if (segment.smooths()) {
-        tell_smoothed_late_arrivals(run);
+        report_smoothed_late_arrivals(run);
         return;
     }
     const FrameTime& time = column_.frame(run.frame);
@@ -189,7 +189,7 @@ void BufferTime::tell_late_arrivals(const Run& run) {
 
 /// Several pixels may be needed first in the same step. It waits for the last of them, so that one is reported; until it
 /// has come, the step is the needed one.
-void BufferTime::tell_smoothed_late_arrivals(const Run& run) {
+void BufferTime::report_smoothed_late_arrivals(const Run& run) {
     const Segment& segment = slot(run.frame).segment;
     const FrameTime& time = column_.frame(run.frame);
     if (last_arrival(run) <= time.extrapolated_cycle(config_.renderer + segment.first_use(run.first_pixel))) {
@@ -232,7 +232,7 @@ void BufferTime::close_frame(int frame, std::int64_t limit, std::int64_t now) {
     }
     state.closed = true;
     settle(now, now);
-    tell_decline(state, now);
+    report_decline(state, now);
     std::vector<StarvedRun>& starved = state.starved;
     std::sort(starved.begin(), starved.end(), [](const StarvedRun& a, const StarvedRun& b) {
         return std::tie(a.y, a.x_first) < std::tie(b.y, b.x_first);
@@ -267,7 +267,7 @@ void BufferTime::close_frame(int frame, std::int64_t limit, std::int64_t now) {
 
 /// Reports the level after the segment's last pixel if nothing of the next frame follows: no run of beats shows it
 /// then.
-void BufferTime::tell_decline(const Frame& frame, std::int64_t now) {
+void BufferTime::report_decline(const Frame& frame, std::int64_t now) {
     constexpr std::int64_t kPoints = 16;
     const std::int64_t end = std::min(frame_end_cycle(frame.number), now);
     bool next_follows = false;
@@ -388,7 +388,7 @@ void BufferTime::count_run(const Run& run) {
         throw std::logic_error("beats of a frame that is forgotten have not been counted");
     }
     count_high_water(run);
-    if (on_level_) tell_levels(run);
+    if (on_level_) report_levels(run);
     if (!column_.started(run.frame)) {
         return;
     }
@@ -420,7 +420,7 @@ void BufferTime::count_high_water(const Run& run) {
     }
 }
 
-void BufferTime::tell_levels(const Run& run) {
+void BufferTime::report_levels(const Run& run) {
     const std::int64_t before = run.first_arrival - 1;
     const std::int64_t last = last_arrival(run);
     const auto tell = [this, &run](int pixels, std::int64_t cycle) {

@@ -175,11 +175,11 @@ void Composer::give_slot(BusTransfer& transfer) {
     earliest_slot_ = transfer.earliest;
     if (!slot_wanted_) {
         slot_wanted_ = true;
-        column_.when_known(transfer.slot.frame, transfer.slot.step, [this] { tell_slot(); });
+        column_.when_known(transfer.slot.frame, transfer.slot.step, [this] { report_slot(); });
     }
 }
 
-void Composer::tell_slot() {
+void Composer::report_slot() {
     slot_wanted_ = false;
     notice_->slot_cycle = buffer_.slot_time(earliest_slot_, now()).cycle;
     notice_.payload().set_address(static_cast<sc_dt::uint64>(settings_.display));
@@ -189,7 +189,7 @@ void Composer::tell_slot() {
 }
 
 /// The end of a frame is known, and with it the clock of TABLEREADY for the table two frames later.
-void Composer::tell_table(int frame) {
+void Composer::report_table(int frame) {
     notice_->frame = frame + 2;
     notice_->table_cycle = buffer_.frame_end_cycle(frame);
     notice_.payload().set_address(static_cast<sc_dt::uint64>(settings_.display));
@@ -254,7 +254,7 @@ void Composer::start_frame(::tlm::tlm_generic_payload& payload) {
     const int frame = content_of<PipelineFrame>(payload).frame;
     buffer_.start_frame(frame);
     if (frame + 2 < scenario_.frames) {
-        column_.when_known(frame, buffer_.frame_end_step(), [this, frame] { tell_table(frame); });
+        column_.when_known(frame, buffer_.frame_end_step(), [this, frame] { report_table(frame); });
     }
     relays_.startframe.pass([this, &payload] {
         ::tlm::tlm_phase phase = startframe_phase;

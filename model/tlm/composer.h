@@ -57,8 +57,8 @@ class Composer final : public sc_core::sc_module {
     void take_table(const BusTransfer& transfer);
     void take_beats(BusTransfer& transfer);
     void give_slot(BusTransfer& transfer);
-    void tell_slot();
-    void tell_table(int frame);
+    void report_slot();
+    void report_table(int frame);
 
     ::tlm::tlm_sync_enum take_pipeready(::tlm::tlm_generic_payload& payload, ::tlm::tlm_phase& phase,
                                         sc_core::sc_time& delay);

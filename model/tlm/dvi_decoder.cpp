@@ -32,7 +32,7 @@ void DviDecoder::b_transport(::tlm::tlm_generic_payload& payload, sc_core::sc_ti
 /// The follower of pairs has a new state from a clock on, with or without an event to report.
 void DviDecoder::learnt(LinkEvent event, std::int64_t edge) {
     newest_moments_.push_back({edge, pairs_});
-    if (event.tells_something()) {
+    if (event.reports_anything()) {
         event.edge = edge + kFramebufferClocks;
         decoded_->events.push_back(std::move(event));
     }

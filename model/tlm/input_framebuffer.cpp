@@ -70,14 +70,14 @@ void InputFramebuffer::take_frame(::tlm::tlm_generic_payload& payload, sc_core::
     newest_link_frame_.line_pixels = frame.line_pixels;
     newest_link_frame_.line_clocks = frame.line_clocks;
     link_events_.insert(link_events_.end(), frame.events.begin(), frame.events.end());
-    if (settings_.observer != nullptr) tell_link_frame(frame);
+    if (settings_.observer != nullptr) report_link_frame(frame);
     payload.set_response_status(::tlm::TLM_OK_RESPONSE);
     if (!link_events_.empty()) {
         wake_link(link_events_.front().edge);
     }
 }
 
-void InputFramebuffer::tell_link_frame(const DecodedFrame& frame) const {
+void InputFramebuffer::report_link_frame(const DecodedFrame& frame) const {
     LinkFrameSeen seen;
     seen.kind = frame.kind;
     seen.pair = frame.number;
@@ -154,8 +154,8 @@ void InputFramebuffer::answer(bool fresh, std::int64_t edge) {
         front_slots_ = back_slots_;
         front_device_ = !front_device_;
         front_source_ = {static_cast<int>(back_.number), true, dvi_.picoseconds_of(back_.last_pixel_edge)};
-        if (settings_.shelf != nullptr) {
-            front_content_ = settings_.shelf->content(*back_.colour, *back_.depth);
+        if (settings_.cache != nullptr) {
+            front_content_ = settings_.cache->content(*back_.colour, *back_.depth);
         }
     }
     answer_fresh_ = fresh;

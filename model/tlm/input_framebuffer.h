@@ -14,7 +14,7 @@
 #include "datapath/segment.h"
 #include "report/machine_report.h"
 #include "scenario/scenario.h"
-#include "tlm/content_shelf.h"
+#include "tlm/content_cache.h"
 #include "tlm/cycle.h"
 #include "tlm/payload.h"
 #include "tlm/schedule_observer.h"
@@ -40,7 +40,7 @@ class InputFramebuffer final : public sc_core::sc_module {
         int renderer = 0;                  ///< index, from 0
         std::int64_t first_link_edge = 0;  ///< first DVI input clock without reset
         std::int64_t first_cycle = 0;      ///< first core clock without reset
-        ContentShelf* shelf = nullptr;     ///< null: no images
+        ContentCache* cache = nullptr;     ///< null: no images
         ScheduleObserver* observer = nullptr;
         /// The last core clock up to which the run certainly lasts.
         std::function<std::int64_t()> run_limit;
@@ -63,7 +63,7 @@ class InputFramebuffer final : public sc_core::sc_module {
   private:
     // ---- the link's side (DVI input clock) ----
     void take_frame(::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay);
-    void tell_link_frame(const DecodedFrame& frame) const;
+    void report_link_frame(const DecodedFrame& frame) const;
     void link_process();
     void take_event(const LinkEvent& event, std::int64_t edge);
     void answer(bool fresh, std::int64_t edge);

@@ -28,7 +28,7 @@ Metabuffer::Metabuffer(const sc_core::sc_module_name& name, const Scenario& scen
       watchdog_interval_(watchdog_interval_picoseconds(scenario)) {
     refuse_faults_of_level_rtl(scenario, "tlm");
     if (options_.images) {
-        shelf_ = std::make_unique<ContentShelf>(scenario.depth_format);
+        cache_ = std::make_unique<ContentCache>(scenario.depth_format);
     }
     make_display_side();
     make_renderer_side();
@@ -99,7 +99,7 @@ void Metabuffer::make_renderer_side() {
         settings.renderer = static_cast<int>(r);
         settings.first_link_edge = first_link_edge;
         settings.first_cycle = first_cycle_;
-        settings.shelf = shelf_.get();
+        settings.cache = cache_.get();
         settings.observer = options_.observer;
         settings.run_limit = [this] { return run_limit(); };
         auto framebuffer = std::make_unique<InputFramebuffer>(numbered("input_framebuffer", r).c_str(),

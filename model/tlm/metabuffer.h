@@ -16,7 +16,7 @@
 #include "tlm/bus.h"
 #include "tlm/column_time.h"
 #include "tlm/composer.h"
-#include "tlm/content_shelf.h"
+#include "tlm/content_cache.h"
 #include "tlm/cycle.h"
 #include "tlm/dvi_decoder.h"
 #include "tlm/dvi_display.h"
@@ -108,7 +108,7 @@ class Metabuffer final : public sc_core::sc_module {
     ClockDomain dvi_out_;
     std::int64_t first_cycle_;  ///< core clock without reset; the others' clocks follow from its time
     std::int64_t reset_picoseconds_;
-    std::unique_ptr<ContentShelf> shelf_;
+    std::unique_ptr<ContentCache> cache_;
 
     std::vector<std::unique_ptr<ColumnTime>> columns_;
     std::deque<ColumnRelays> relays_;  ///< of each column; composers keep references

@@ -126,7 +126,7 @@ def note_killed_equivalents(tree: Tree, mutants: list[Mutant]) -> None:
                    for mutant in mutants if mutant.killed and mutant.reason]
 
 
-def tell_judges(tree: Tree, mutants: list[Mutant], seconds: collections.Counter) -> int:
+def report_judges(tree: Tree, mutants: list[Mutant], seconds: collections.Counter) -> int:
     """Prints what each judge kills, and what the first one kills and another does not. Returns the exit status."""
     first, *others = (name for name, _ in tree.options.judges)
     print(tables.by_judge(mutants, [first, *others], seconds))
@@ -185,4 +185,4 @@ def run(options: argparse.Namespace) -> int:
     save()
     if options.write_table:
         tables.write(options.write_table, tree, mutants)
-    return tell_judges(tree, mutants, judge.seconds) if options.judges else tell(tree, mutants, seconds)
+    return report_judges(tree, mutants, judge.seconds) if options.judges else tell(tree, mutants, seconds)

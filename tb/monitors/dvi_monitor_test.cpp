@@ -52,7 +52,7 @@ struct DviBench : AlteredBench {
         link.clock = "dvi_in";
         link.next_frame = [known, plan = monitors::LinkPlan(scenario, 0)]() mutable {
             const auto frame = plan.next();
-            return monitors::DviMonitor::Frame{frame.pair, frame.spoilt && known == Plan::kOfTheScenario};
+            return monitors::DviMonitor::Frame{frame.pair, frame.corrupt && known == Plan::kOfTheScenario};
         };
         return link;
     }
@@ -177,7 +177,7 @@ TEST_CASE("link plan: frames come as the scenario scripts them", "[monitors]") {
         for (int i = 0; i < 6; ++i) {
             const auto frame = plan.next();
             text += (frame.kind == FrameKind::kColour ? " c" : " d") + std::to_string(frame.pair) +
-                    (frame.spoilt ? "!" : "");
+                    (frame.corrupt ? "!" : "");
         }
         return text;
     };

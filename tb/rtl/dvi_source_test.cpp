@@ -226,14 +226,14 @@ class Source final : public Lockstep<DviSource> {
                                       shown + (has(FaultKind::kNumber) ? 1 : 0),
                                       colour ? frame.table : ViewportTable{},
                                       colour ? std::vector<std::uint8_t>{} : kOneSlotOfRow0));
-            if (of_frame != nullptr) spoil(lines, *of_frame);
+            if (of_frame != nullptr) corrupt(lines, *of_frame);
             append_frame(part.clocks, kWidth, lines);
         }
         parts_.push_back(part);
         part.faults = 1;
         if (sendings > 1) parts_.push_back(part);
     }
-    static void spoil(LinkLines& lines, const Fault& fault) {
+    static void corrupt(LinkLines& lines, const Fault& fault) {
         const auto flip = [&lines](int byte, std::uint32_t bits) {
             lines.front().at(static_cast<std::size_t>(byte / 3)) ^= bits << (16 - 8 * (byte % 3));
         };

@@ -114,7 +114,7 @@ class Unit final : public Lockstep<TableUnit> {
     struct Sent {
         std::vector<int> places;
         std::size_t bytes = 0;
-        bool spoilt = false;
+        bool corrupt = false;
     };
     struct Given {
         ViewportTable rows;  ///< the dropped ones too
@@ -151,8 +151,8 @@ class Unit final : public Lockstep<TableUnit> {
         std::vector<std::uint8_t> payload;
         if (rows > 0 && !random.one_in(6))
             payload = encode_slots(sent_.places, static_cast<std::size_t>(rows) + 1);
-        sent_.spoilt = payload.empty() || random.one_in(8);
-        if (sent_.spoilt && !payload.empty()) {
+        sent_.corrupt = payload.empty() || random.one_in(8);
+        if (sent_.corrupt && !payload.empty()) {
             if (random.one_in(2)) payload.pop_back();
             payload.front() = 'M';
         }
@@ -182,7 +182,7 @@ class Unit final : public Lockstep<TableUnit> {
     }
     /// The host's slots as indices of the valid rows; none if they are missing or wrong.
     static std::optional<std::vector<int>> sent_slots(const Given& given) {
-        if (given.sent.spoilt || given.bytes < given.sent.bytes) return std::nullopt;
+        if (given.sent.corrupt || given.bytes < given.sent.bytes) return std::nullopt;
         std::vector<int> slots;
         std::set<int> owners;
         for (const int place : given.sent.places) {

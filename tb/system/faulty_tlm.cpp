@@ -17,7 +17,7 @@ namespace metabuffer::tlm {
 namespace {
 
 /// Nothing if the picture is not to be shown.
-std::optional<ColourImage> spoilt(const std::string& fault, int frame, int display, ColourImage image) {
+std::optional<ColourImage> corrupt(const std::string& fault, int frame, int display, ColourImage image) {
     if (fault == "picture" && frame == 1 && display == 2) {
         image.at(12, 5) ^= 0x00'0001U;
         image.at(3, 6) ^= 0xFF'0000U;
@@ -28,7 +28,7 @@ std::optional<ColourImage> spoilt(const std::string& fault, int frame, int displ
     return image;
 }
 
-void spoil(const std::string& fault, RunReport& report) {
+void corrupt(const std::string& fault, RunReport& report) {
     if (fault == "counter") ++report.composers.at(2).late_pixels;
     if (fault == "watchdog") report.watchdog = {"composer_1_1 waits for a pixel"};
 }
@@ -51,14 +51,14 @@ RunResult run(const Scenario& scenario, const RunOptions& options) {
     rtl::RunOptions rtl_options;
     if (options.images) {
         rtl_options.on_frame_shown = [&](const DisplayedFrame& displayed) {
-            const auto shown = spoilt(fault, displayed.frame, displayed.display, displayed.picture);
+            const auto shown = corrupt(fault, displayed.frame, displayed.display, displayed.picture);
             if (!shown) return;
             options.on_frame_shown({displayed.frame, displayed.display, *shown, displayed.pairs,
                                     displayed.starved_pixels, displayed.kept});
         };
     }
     rtl::RunResult rtl = rtl::run(scenario, rtl_options);
-    spoil(fault, rtl.report);
+    corrupt(fault, rtl.report);
     rtl.report.level = "tlm";
     if (fault == "late crash") std::abort();
     return {std::move(rtl.report), rtl.simulation_seconds};

@@ -73,7 +73,7 @@ int random_multiple(Random& random) {
 }
 
 /// Breaks one of a row's rules; the table may make a duplicate of it as well.
-void spoil(Random& random, ViewportRow& row, const ViewportLimits& limits) {
+void corrupt(Random& random, ViewportRow& row, const ViewportLimits& limits) {
     const int m = row.dmultiple;
     switch (random.between(0, 9)) {
         case 0:
@@ -119,7 +119,7 @@ ViewportTable random_table(Random& random, const ViewportLimits& limits) {
     for (int extra = random.between(0, 3); extra > 0; --extra) {
         const int display = random.between(1, limits.displays);  // maybe a duplicate
         ViewportRow row = random_row(random, limits, display, random_multiple(random));
-        if (!random.one_in(3)) spoil(random, row, limits);
+        if (!random.one_in(3)) corrupt(random, row, limits);
         table.push_back(row);
     }
     shuffle_rows(random, table);

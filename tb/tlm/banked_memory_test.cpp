@@ -96,34 +96,34 @@ TEST_CASE("banked memory: with one bank the machine reports what it does with it
 }
 
 /// A memory without page misses, whose answers are corrupted.
-class SpoiltMemory final : public sc_core::sc_module {
+class CorruptMemory final : public sc_core::sc_module {
   public:
-    using Spoil = std::function<void(tlm::MemoryAccess& access)>;
-    tlm::TargetSocket<SpoiltMemory, tlm::MemoryAccess> socket{"socket"};
+    using Corrupt = std::function<void(tlm::MemoryAccess& access)>;
+    tlm::TargetSocket<CorruptMemory, tlm::MemoryAccess> socket{"socket"};
 
-    SpoiltMemory(const sc_core::sc_module_name& name, Spoil spoil)
-        : sc_core::sc_module(name), spoil_(std::move(spoil)) {
-        socket.register_b_transport(this, &SpoiltMemory::b_transport);
+    CorruptMemory(const sc_core::sc_module_name& name, Corrupt corrupt)
+        : sc_core::sc_module(name), corrupt_(std::move(corrupt)) {
+        socket.register_b_transport(this, &CorruptMemory::b_transport);
     }
 
   private:
     void b_transport(::tlm::tlm_generic_payload& payload, sc_core::sc_time& /*delay*/) {
         auto& access = tlm::content_of<tlm::MemoryAccess>(payload);
         access.words = static_cast<int>(payload.get_data_length() / tlm::kBytesPerWord);
-        spoil_(access);
+        corrupt_(access);
         payload.set_response_status(::tlm::TLM_OK_RESPONSE);
     }
 
-    Spoil spoil_;
+    Corrupt corrupt_;
 };
 
 /// What the machine reports about such a memory; empty if the run ends well.
-std::string complaint_about(const SpoiltMemory::Spoil& spoil,
+std::string complaint_about(const CorruptMemory::Corrupt& corrupt,
                             const Scenario& scenario = scenario_of("case-2")) {
     tlm::Metabuffer::Options options;
     options.images = false;
-    options.make_memory = [spoil](const char* name, const Scenario& /*scenario*/, int /*renderer*/) {
-        auto memory = std::make_unique<SpoiltMemory>(name, spoil);
+    options.make_memory = [corrupt](const char* name, const Scenario& /*scenario*/, int /*renderer*/) {
+        auto memory = std::make_unique<CorruptMemory>(name, corrupt);
         tlm::Metabuffer::Memory made;
         made.socket = &memory->socket;
         made.module = std::move(memory);

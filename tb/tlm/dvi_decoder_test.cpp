@@ -92,7 +92,7 @@ TEST_CASE("dvi decoder: a pair's verdicts come after its control scanline and at
 struct FaultCase {
     std::string name;
     FrameKind frame;
-    std::function<void(tlm::DviFrame&)> spoil;
+    std::function<void(tlm::DviFrame&)> corrupt;
     RejectCause cause;
     int clock;        ///< on the link
     bool lost_known;  ///< the control scanline was good, or the colour frame before it
@@ -139,15 +139,15 @@ TEST_CASE("dvi decoder: each fault is reported at the clock in which it shows an
     for (const FaultCase& fault : fault_cases()) {
         INFO(fault.name << (fault.frame == FrameKind::kColour ? " in the colour frame"
                                                               : " in the depth frame"));
-        const bool colour_spoilt = fault.frame == FrameKind::kColour;
+        const bool colour_corrupt = fault.frame == FrameKind::kColour;
         dut.make(FrameKind::kColour, 1);
-        if (colour_spoilt) fault.spoil(*dut.frame);
+        if (colour_corrupt) fault.corrupt(*dut.frame);
         tlm::DecodedFrame decoded = dut.send(edge);
-        if (!colour_spoilt) {
+        if (!colour_corrupt) {
             CHECK(dut.decoder.waiting_for(edge + kFrame) == "waits for the depth frame of pair 1");
             edge += 2 * kFrame;
             dut.make(FrameKind::kDepth, 1);
-            fault.spoil(*dut.frame);
+            fault.corrupt(*dut.frame);
             decoded = dut.send(edge);
         }
         REQUIRE_FALSE(decoded.events.empty());
@@ -168,7 +168,7 @@ TEST_CASE("dvi decoder: each fault is reported at the clock in which it shows an
         CHECK(count(edge + fault.clock + 1) == rejected);
         CHECK(dut.decoder.waiting_for(edge + fault.clock + 1) == "waits for a good colour frame");
         edge += 2 * kFrame;
-        if (colour_spoilt) {
+        if (colour_corrupt) {
             // The other frame of the pair is ignored; its pair is known to be lost.
             dut.make(FrameKind::kDepth, 1);
             const tlm::DecodedFrame depth = dut.send(edge);
@@ -266,7 +266,7 @@ RandomFrame random_frame(Random& random, std::uint32_t& pair, bool& depth_next) 
     return frame;
 }
 
-bool tells_something(const rtl::DecoderEvent& event) {
+bool reports_anything(const rtl::DecoderEvent& event) {
     return event.rejected || event.pair_lost || event.colour_start || event.pair_good;
 }
 
@@ -327,7 +327,7 @@ TEST_CASE("dvi decoder: frames with random faults give the clocked decoder's eve
         }
         CHECK(decoded.pixels == taken);
     }
-    const std::vector<int> clocks = events.clocks_where(tells_something);
+    const std::vector<int> clocks = events.clocks_where(reports_anything);
     REQUIRE(told.size() == clocks.size());
     int good = 0;
     int with_payload = 0;

@@ -17,7 +17,7 @@ struct PairEvent {
     bool pair_good = false;     ///< pair `number` is whole
     std::uint32_t number = 0;
 
-    bool tells_something() const { return rejected || pair_lost || colour_start || pair_good; }
+    bool reports_anything() const { return rejected || pair_lost || colour_start || pair_good; }
 };
 
 }  // namespace metabuffer

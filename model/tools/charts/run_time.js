@@ -28,16 +28,16 @@ const metabufferTime = (() => {
             const rows = [];
             const add = (label, height, paint, tell, title) => rows.push({label, height, paint, tell, title: title || label});
             const names = machine.renderers.map(renderer => renderer.name);
-            names.forEach((name, r) => add("link " + name, 15, (...area) => this.paintLink(r, ...area), clock => this.tellLink(r, clock)));
-            names.forEach((name, r) => add("bus " + name, 26, (...area) => this.paintBus(r, ...area), clock => this.tellBus(r, clock)));
+            names.forEach((name, r) => add("link " + name, 15, (...area) => this.paintLink(r, ...area), clock => this.describeLink(r, clock)));
+            names.forEach((name, r) => add("bus " + name, 26, (...area) => this.paintBus(r, ...area), clock => this.describeBus(r, clock)));
             for (let d = 0; d < run.displays; ++d) {
-                add(`display ${d + 1}`, 20, (...area) => this.paintDisplay(d, ...area), clock => this.tellDisplay(d, clock));
+                add(`display ${d + 1}`, 20, (...area) => this.paintDisplay(d, ...area), clock => this.describeDisplay(d, clock));
             }
-            add("on the displays", 15, (...area) => this.paintShown(...area), clock => this.tellShown(clock));
+            add("on the displays", 15, (...area) => this.paintShown(...area), clock => this.describeShown(clock));
             const buffers = this.group.kind === "display" ? names.map((name, r) => [r, this.group.number])
                 : [...Array(run.displays).keys()].map(d => [this.group.number, d]);
             for (const [r, d] of buffers) {
-                add(`buffer ${names[r]} ${d + 1}`, 34, (...area) => this.paintLevel(r, d, ...area), clock => this.tellLevel(r, d, clock),
+                add(`buffer ${names[r]} ${d + 1}`, 34, (...area) => this.paintLevel(r, d, ...area), clock => this.describeLevel(r, d, clock),
                     `composer of ${names[r]} and display ${d + 1}`);
             }
             let top = 0;
@@ -187,7 +187,7 @@ const metabufferTime = (() => {
                 this.span(first, last + 1, top, height, colour, pair === null ? [kind] : [`pair ${pair} ${kind}`, `${pair} ${kind}`, String(pair)]);
             }
         }
-        tellLink(renderer, clock) {
+        describeLink(renderer, clock) {
             const found = record.links[renderer].frames.find(([first, last]) => first <= clock && clock <= last);
             if (!found) return "between frames";
             const [first, last, kind, pair, taken, cause] = found;
@@ -232,7 +232,7 @@ const metabufferTime = (() => {
                 [before, used] = [used, before];
             }
         }
-        tellBus(renderer, clock) {
+        describeBus(renderer, clock) {
             const track = run.buses[renderer].get(() => this.draw());
             if (!track) return "…";
             if (clock > track.known) return "beyond the spans that are in the page";
@@ -287,7 +287,7 @@ const metabufferTime = (() => {
             }
             return best;
         }
-        tellDisplay(display, clock) {
+        describeDisplay(display, clock) {
             const beam = run.beamAt(clock, display);
             if (!beam) return "waits for buffers, links or the swap";
             const stalled = (run.stalls[display].get(beam.frame) || []).some(([start, length]) => start <= clock && clock < start + length);
@@ -302,7 +302,7 @@ const metabufferTime = (() => {
                 if (end >= this.from && first <= this.to) this.span(first, end, top, height, frame % 2 ? "#7d6b3d" : "#94803f", [`frame ${frame}`, String(frame)]);
             });
         }
-        tellShown(clock) {
+        describeShown(clock) {
             const frame = run.lastAtOrBefore(record.shown.map(([first]) => first), clock);
             return frame < 0 ? "no frame yet" : `frame ${frame}, since the swap at clock ${record.shown[frame][0].toLocaleString("en")}`;
         }
@@ -353,7 +353,7 @@ const metabufferTime = (() => {
                 context.fillRect(left, top + height - 4, Math.max(1, right - left), 4);
             }
         }
-        tellLevel(renderer, display, clock) {
+        describeLevel(renderer, display, clock) {
             const composer = run.composerOf(renderer, display), track = run.levels[composer].get(() => this.draw());
             if (!track) return "…";
             const counters = run.report.composers[composer], safe = run.data.safe_buffer_pixels;

@@ -20,10 +20,10 @@ TEST_CASE("wrong pixels: those that differ from the picture of the same pairs, f
     const ColourImage of_first = composite_display(scenario, contributions_of(scenario, {0}), 1);
     const ColourImage of_second = composite_display(scenario, contributions_of(scenario, {1}), 2);
     CHECK(wrong.count(0, 1, of_first, {0}) == 0);
-    ColourImage spoilt = of_first;
-    spoilt.at(3, 4) ^= 1U;
-    spoilt.at(15, 7) ^= 0x800000U;
-    CHECK(wrong.count(0, 1, spoilt, {0}) == 2);
+    ColourImage corrupt = of_first;
+    corrupt.at(3, 4) ^= 1U;
+    corrupt.at(15, 7) ^= 0x800000U;
+    CHECK(wrong.count(0, 1, corrupt, {0}) == 2);
     CHECK(wrong.count(0, 2, of_first, {0}) == 16 * 8);  // the image is on display 1
     // The second frame is judged by its own pair, which may be the first one again.
     CHECK(wrong.count(1, 2, of_second, {1}) == 0);

@@ -28,9 +28,9 @@ void set_image(Scenario& scenario, const PixelImage& image) {
 
 using Change = std::function<void(Scenario&)>;
 
-std::string error_after(const Change& spoil) {
+std::string error_after(const Change& corrupt) {
     Scenario scenario = built();
-    spoil(scenario);
+    corrupt(scenario);
     return input_error_of([&] { check_scenario(scenario); });
 }
 

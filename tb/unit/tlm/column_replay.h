@@ -48,7 +48,7 @@ class ColumnReplay {
             }
         });
         pipeready_event_ = log.pipeready.front();
-        tell_pipeready();
+        report_pipeready();
     }
     ColumnReplay(const ColumnReplay&) = delete;
     ColumnReplay& operator=(const ColumnReplay&) = delete;
@@ -162,7 +162,7 @@ class ColumnReplay {
         if (chosen == -1) {
             take_composited();
         } else if (chosen == -2) {
-            tell_pipeready();
+            report_pipeready();
         } else {
             decide(static_cast<std::size_t>(chosen));
         }
@@ -335,7 +335,7 @@ class ColumnReplay {
 
     // ---- the pipeline side ----
 
-    void tell_pipeready() {
+    void report_pipeready() {
         column_.set_pipeready_cycle(log_.pipeready[static_cast<std::size_t>(frames_composited_)]);
         pipeready_told_ = true;
         pipeready_event_ = kNever;
@@ -375,7 +375,7 @@ class ColumnReplay {
         ++frames_composited_;
         if (frames_composited_ < setup_.frames) {
             pipeready_event_ = log_.pipeready[static_cast<std::size_t>(frames_composited_)];
-            if (random_.one_in(2)) tell_pipeready();
+            if (random_.one_in(2)) report_pipeready();
         }
     }
 

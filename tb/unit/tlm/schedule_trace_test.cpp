@@ -46,12 +46,12 @@ void write_file(const fs::path& file, const std::string& text) {
     std::ofstream(file, std::ios::binary) << text;
 }
 
-/// The text of a trace of what `tell` reports.
-template <typename Tell>
-std::string text_of(const Scenario& scenario, Tell tell, std::int64_t core_cycles = 1000) {
+/// The text of a trace of what `observe` reports.
+template <typename Observe>
+std::string text_of(const Scenario& scenario, Observe observe, std::int64_t core_cycles = 1000) {
     const ScratchDirectory scratch;
     ScheduleTrace trace(scratch / "schedule.json", scenario);
-    tell(trace);
+    observe(trace);
     trace.finish(core_cycles);
     CHECK(scratch.names() == std::vector<std::string>{"schedule.json"});
     return content(scratch / "schedule.json");
@@ -67,9 +67,9 @@ std::vector<Json> events_of(const std::string& text) {
     return events;
 }
 
-template <typename Tell>
-std::vector<Json> events_of(const Scenario& scenario, Tell tell) {
-    return events_of(text_of(scenario, tell));
+template <typename Observe>
+std::vector<Json> events_of(const Scenario& scenario, Observe observe) {
+    return events_of(text_of(scenario, observe));
 }
 
 /// What a metadata event says of a process or of a thread; null if there is none.

@@ -174,7 +174,7 @@ struct Banks {
         const BankKeeper::Taken taken = keeper.take(step.event, edge);
         if (step.asks) keeper.ask();
         // If nothing happens, only a timer that has been announced brings an answer.
-        const bool quiet = !step.asks && !step.event.tells_something();
+        const bool quiet = !step.asks && !step.event.reports_anything();
         const bool foretold = !quiet || !answer || timer == edge;
         return taken.dropped_pairs == story.dropped() && taken.pair_accepted == story.taken() &&
                keeper.answer(edge) == answer && foretold &&

@@ -179,7 +179,7 @@ bool same(const PairEvent& a, const PairEvent& b) {
     return a.rejected == b.rejected && (!a.rejected || a.cause == b.cause) && a.pair_lost == b.pair_lost &&
            (!a.pair_lost || a.lost_number == b.lost_number) && a.colour_start == b.colour_start &&
            a.pair_good == b.pair_good && (!(a.colour_start || a.pair_good) || a.number == b.number) &&
-           a.tells_something() == (b.rejected || b.pair_lost || b.colour_start || b.pair_good);
+           a.reports_anything() == (b.rejected || b.pair_lost || b.colour_start || b.pair_good);
 }
 
 bool same(const PairFollower& follower, const Judge& judge) {
@@ -282,7 +282,7 @@ TEST_CASE(
         follower.reject_geometry(event);
         follower.end_frame(true, event);
         follower.end_frame(false, event);
-        CHECK_FALSE(event.tells_something());
+        CHECK_FALSE(event.reports_anything());
         CHECK_FALSE(follower.in_frame());
         CHECK(follower.rejected() == std::array<std::int64_t, kRejectCauseCount>{});
         follower.begin_frame();

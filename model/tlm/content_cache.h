@@ -13,13 +13,13 @@ namespace metabuffer::tlm {
 
 /// A cache of the images as the input framebuffers hold them. Each is converted once, however many renderers show it,
 /// and released when no frame needs it any more.
-class ContentShelf {
+class ContentCache {
   public:
-    explicit ContentShelf(DepthFormat format) : format_(format) {}
+    explicit ContentCache(DepthFormat format) : format_(format) {}
 
     /// The colour half of one image with the depth half of another.
     FrameContent content(const StoredImage& colour, const StoredImage& depth) {
-        std::weak_ptr<const PixelPlanes>& place = shelf_[{&colour, &depth}];
+        std::weak_ptr<const PixelPlanes>& place = cache_[{&colour, &depth}];
         FrameContent content = place.lock();
         if (!content) {
             content = std::make_shared<const PixelPlanes>(
@@ -31,7 +31,7 @@ class ContentShelf {
 
   private:
     DepthFormat format_;
-    std::map<std::pair<const StoredImage*, const StoredImage*>, std::weak_ptr<const PixelPlanes>> shelf_;
+    std::map<std::pair<const StoredImage*, const StoredImage*>, std::weak_ptr<const PixelPlanes>> cache_;
 };
 
 }  // namespace metabuffer::tlm
