@@ -42,6 +42,7 @@ void BusArbiter::reset() {
 }
 
 void BusArbiter::clock_edge() {
+    const bool decides = bus_.grant_cycles > 0 && !answer_stands();
     if (start_i.read()) {
         const FrontTable& table = table_i.read();
         requests_.assign(table.rows.size(), BusRequest{});
@@ -49,15 +50,13 @@ void BusArbiter::clock_edge() {
         build_wait_ = bus_.build_cycles(table.slots.size());
     } else if (build_wait_ > 0) {
         --build_wait_;
-    } else if (!take_i.read()) {
-        return;
-    } else if (bus_.grant_cycles > 0 && !answer_stands()) {
+    } else if (!take_i.read() || (!decides && grant_.kind == BusGrant::Kind::kPoll)) {
+        return;  // an answer that grants nothing changes nothing
+    } else if (decides) {
         decide();
-    } else if (grant_.kind != BusGrant::Kind::kPoll) {  // an answer that grants nothing changes nothing
+    } else {
         policy_->take(grant_);
         found_ = false;
-    } else {
-        return;
     }
     clocked_.stay_awake();  // the policy has a state of its own
     drive_slot();
