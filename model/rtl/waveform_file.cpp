@@ -142,51 +142,40 @@ void WaveformFile::start(std::int64_t first_picoseconds) {
     first_picoseconds_ = first_picoseconds;
     pipe_ = std::make_unique<Pipe>(target_);
     writer_ = std::make_unique<ChildProcess>([this](const ChildProcess::Sender& sender) {
-        const std::string answer = is_fst(target_) ? write_compressed() : write_dump();
+        const std::string answer = write_all();
         sender.send(answer.data(), answer.size());
     });
 }
 
-/// Gives all that comes to take(bytes), the header first. After a failure it still reads, since the simulation waits
-/// for that. Returns kAllWritten or the error.
-template <typename Take>
-std::string WaveformFile::write_all(Take take) const {
+/// Writes all that comes, the header first. After a failure it still reads, since the simulation waits for that.
+/// Returns kAllWritten or the error.
+std::string WaveformFile::write_all() {
     std::string answer(kAllWritten);
-    const auto take_safely = [&](std::string_view bytes) {
+    const auto unless_failed = [&answer](const auto& step) {
         if (answer != kAllWritten) return;
         try {
-            take(bytes);
+            step();
         } catch (const OutputError& error) {
             answer = error.what();
         }
     };
-    try {
-        take_safely(as_comment(header_, is_fst(target_)));
-        FirstTime first(first_picoseconds_);
-        pipe_->read_all([&](std::string_view bytes) { take_safely(first.after(bytes)); });
-        take_safely(first.rest());
-    } catch (const OutputError& error) {
-        answer = error.what();
-    }
-    return answer;
-}
-
-std::string WaveformFile::write_dump() {
-    return write_all([this](std::string_view bytes) { output_.write(bytes); });
-}
-
-std::string WaveformFile::write_compressed() {
     std::optional<FstConverter> converter;
-    std::string answer = write_all([&converter](std::string_view bytes) {
-        if (!converter) converter.emplace();
-        converter->write(bytes);
-    });
-    if (answer != kAllWritten) return answer;
+    const auto write = [&](std::string_view bytes) {
+        unless_failed([&] {
+            if (converter) return converter->write(bytes);
+            output_.write(bytes);
+        });
+    };
+    if (is_fst(target_)) unless_failed([&] { converter.emplace(); });
+    write(as_comment(header_, is_fst(target_)));
+    FirstTime first(first_picoseconds_);
     try {
-        converter->finish(output_);
+        pipe_->read_all([&](std::string_view bytes) { write(first.after(bytes)); });
     } catch (const OutputError& error) {
         answer = error.what();
     }
+    write(first.rest());
+    if (converter) unless_failed([&] { converter->finish(output_); });
     return answer;
 }
 

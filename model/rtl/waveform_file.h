@@ -40,10 +40,7 @@ class WaveformFile {
     void put_in_place();
 
   private:
-    template <typename Take>
-    std::string write_all(Take take) const;
-    std::string write_dump();
-    std::string write_compressed();
+    std::string write_all();
 
     /// The pipe, in a folder that only this process uses.
     class Pipe;
