@@ -199,6 +199,20 @@ struct RasterStep {
     /// As Segment::window_at and newest_at; only where covered.
     BlendWindow<std::int64_t> window() const;
     std::int64_t newest() const { return pixel + (across > 0 ? across : 0) + (beside > 0 ? 1 : 0); }
+
+    /// In waveforms, see rtl/fields.h.
+    template <typename See>
+    static void visit_fields(const See& see, int pixel_bits = 64) {
+        constexpr int kAcrossBits = 17;  // a raster's width with a sign
+        see("last", &RasterStep::last);
+        see("covered", &RasterStep::covered);
+        see("replayed", &RasterStep::replayed);
+        see("pixel", &RasterStep::pixel, pixel_bits);
+        see("beside", &RasterStep::beside, 2);
+        see("across", &RasterStep::across, kAcrossBits);
+        see("weight_x", &RasterStep::weight_x);
+        see("weight_y", &RasterStep::weight_y);
+    }
 };
 inline bool operator==(const RasterStep& a, const RasterStep& b) {
     return a.pixel == b.pixel && a.across == b.across && a.beside == b.beside && a.weight_x == b.weight_x &&

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <string>
 
 /// The characters of a DVI link, as DVI 1.0 defines them: transition-minimized differential signalling (TMDS). A link
 /// has three channels, and each carries a character of ten bits a pixel clock, bit 0 first. The paper names DVI without
@@ -22,6 +23,8 @@ constexpr TmdsCharacter kTmdsCharacterMask = (1U << kTmdsCharacterBits) - 1;
 /// By their number on the link. In blanking blue carries HSYNC and VSYNC.
 enum class TmdsChannel : std::uint8_t { kBlue, kGreen, kRed };
 constexpr std::size_t kTmdsChannels = 3;
+/// In waveforms.
+constexpr std::array<const char*, kTmdsChannels> kTmdsChannelNames{"BLUE", "GREEN", "RED"};
 
 /// The most characters by which one channel of a link may come later than another.
 constexpr int kMostTmdsSkew = 4;
@@ -88,6 +91,16 @@ struct TmdsAlignment {
 
     /// Takes the next word.
     void step(TmdsCharacter word, TmdsCharacter next_word);
+
+    /// In waveforms, see rtl/fields.h.
+    template <typename See>
+    static void visit_fields(const See& see) {
+        constexpr int kNumberBits = 4;
+        see("phase", &TmdsAlignment::phase, kNumberBits);
+        see("found", &TmdsAlignment::found);
+        see("candidate", &TmdsAlignment::candidate, kNumberBits);
+        see("run", &TmdsAlignment::run, kNumberBits);
+    }
 };
 constexpr bool operator==(const TmdsAlignment& a, const TmdsAlignment& b) {
     return a.phase == b.phase && a.found == b.found && a.candidate == b.candidate && a.run == b.run;
@@ -119,6 +132,23 @@ struct TmdsDisturbance {
     std::array<std::uint8_t, kTmdsChannels> late_characters{};  ///< 0 to kMostTmdsSkew
 
     constexpr bool flips_any() const { return (flips[0] | flips[1] | flips[2]) != 0; }
+
+    /// In waveforms, see rtl/fields.h.
+    template <typename See>
+    static void visit_fields(const See& see) {
+        constexpr int kLateBits = 4;
+        for (std::size_t i = 0; i < kTmdsChannels; ++i) {
+            const auto see_own = [&see, i](const char* name, auto member, int bits) {
+                const auto own = [ member, i ](const TmdsDisturbance& of) -> auto& {
+                    return (of.*member)[i];
+                };
+                see(std::string(kTmdsChannelNames[i]) + name, own, bits);
+            };
+            see_own("_flips", &TmdsDisturbance::flips, kTmdsCharacterBits);
+            see_own("_late_bits", &TmdsDisturbance::late_bits, kLateBits);
+            see_own("_late_characters", &TmdsDisturbance::late_characters, kLateBits);
+        }
+    }
 };
 constexpr bool operator==(const TmdsDisturbance& a, const TmdsDisturbance& b) {
     for (std::size_t i = 0; i < kTmdsChannels; ++i) {

@@ -1,33 +1,44 @@
 #pragma once
 
 #include <cstdint>
-#include <ostream>
-#include <string>
-#include <systemc>
 
 #include "datapath/composer_buffer.h"
+#include "rtl/fields.h"
+#include "rtl/register.h"
 #include "scenario/scenario.h"
 
 /// The values that the wires between a composer's parts carry, besides those of its FIFO (rtl/signals.h).
 namespace metabuffer::rtl {
 
-/// Bits of the index of any segment's pixel, or of none, where nobody says which raster it is for.
-constexpr int kSegmentPixelBits = 34;
-
 /// Bits of the index of a segment's pixel, or of none.
-int segment_pixel_bits(const Scenario& scenario);
+inline int segment_pixel_bits(const Scenario& scenario) {
+    const DisplayConfig& displays = scenario.displays;
+    return 1 + bits_for(most_segment_pixels(displays.raster_width_pixels(), displays.raster_height_pixels()));
+}
 
 /// Where the frame's pixels lie on the raster: of the frame that is composited, or is next.
 struct HeadSegment {
     bool shown = false;  ///< false: none of it does
     Segment segment;
+
+    template <typename See>
+    static void visit_fields(const See& see) {
+        see("shown", &HeadSegment::shown);
+        const auto see_row = [&see](const char* name, auto member, int bits = kAllBits) {
+            const auto access = [member](const HeadSegment& of) -> auto& { return of.segment.row().*member; };
+            see(name, access, bits);
+        };
+        see_row("width", &ViewportRow::sdx);
+        see_row("height", &ViewportRow::sdy);
+        see_row("x", &ViewportRow::dx);
+        see_row("y", &ViewportRow::dy);
+        see_row("multiple", &ViewportRow::dmultiple, bits_for(kMaximumMultiple));
+    }
 };
 inline bool operator==(const HeadSegment& a, const HeadSegment& b) {
     // Raster and smoothing are the composer's, so the row decides.
     return a.shown == b.shown && a.segment.row() == b.segment.row();
 }
-std::ostream& operator<<(std::ostream& out, const HeadSegment& value);
-void sc_trace(sc_core::sc_trace_file* file, const HeadSegment& value, const std::string& name);
 
 /// What has come of that segment.
 struct SegmentProgress {
@@ -36,14 +47,15 @@ struct SegmentProgress {
     std::uint32_t base_address = 0;  ///< of pixel 0 in the FIFO
 
     bool has_arrived(std::int64_t pixel) const { return pixel < arrived; }
+
+    /// Without the address, which the receiver has among its registers.
+    template <typename See>
+    static void visit_fields(const See& see, int pixel_bits = kAllBits) {
+        see("abandoned", &SegmentProgress::abandoned);
+        see("arrived", &SegmentProgress::arrived, pixel_bits);
+        see("base_address", &SegmentProgress::base_address, kUntraced);
+    }
 };
-inline bool operator==(const SegmentProgress& a, const SegmentProgress& b) {
-    return a.abandoned == b.abandoned && a.arrived == b.arrived && a.base_address == b.base_address;
-}
-std::ostream& operator<<(std::ostream& out, const SegmentProgress& value);
-/// Without the address, which the receiver has among its registers.
-void sc_trace(sc_core::sc_trace_file* file, const SegmentProgress& value, const std::string& name,
-              int pixel_bits = kSegmentPixelBits);
 
 /// What is not needed any more after the position that is composited next: the pixels up to last_use, if that is one, and
 /// the frame.
@@ -52,21 +64,12 @@ struct PixelUse {
     std::int64_t last_use = Segment::kNoPixel;
 
     bool any() const { return ends_frame || last_use != Segment::kNoPixel; }
+
+    template <typename See>
+    static void visit_fields(const See& see, int pixel_bits = kAllBits) {
+        see("ends_frame", &PixelUse::ends_frame);
+        see("last_use", &PixelUse::last_use, pixel_bits);
+    }
 };
-inline bool operator==(const PixelUse& a, const PixelUse& b) {
-    return a.ends_frame == b.ends_frame && a.last_use == b.last_use;
-}
-std::ostream& operator<<(std::ostream& out, const PixelUse& value);
-void sc_trace(sc_core::sc_trace_file* file, const PixelUse& value, const std::string& name,
-              int pixel_bits = kSegmentPixelBits);
 
 }  // namespace metabuffer::rtl
-
-// Found by the namespace of its argument, which is a plain structure of model/datapath.
-namespace metabuffer {
-
-std::ostream& operator<<(std::ostream& out, const RasterStep& value);
-void sc_trace(sc_core::sc_trace_file* file, const RasterStep& value, const std::string& name,
-              int pixel_bits = rtl::kSegmentPixelBits);
-
-}  // namespace metabuffer

@@ -10,6 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "rtl/fields.h"
+
 namespace metabuffer::rtl {
 
 /// How many bits a number from 0 to `maximum`, which is not negative, takes; at least 1.
@@ -19,25 +21,6 @@ constexpr int bits_for(std::int64_t maximum) {
         ++bits;
     }
     return bits;
-}
-
-/// Adds a number, a flag or an enumeration to a waveform, `width_bits` wide. is_signed: it may be negative. A
-/// number that does not fit, or is negative without that, shows as x.
-template <typename Value>
-void trace_number(sc_core::sc_trace_file* file, const Value& value, const std::string& name, int width_bits,
-                  bool is_signed = false) {
-    if constexpr (std::is_same_v<Value, bool>) {
-        sc_core::sc_trace(file, value, name);
-    } else if constexpr (std::is_enum_v<Value>) {
-        static_assert(sizeof(Value) == 1);
-        sc_core::sc_trace(file, reinterpret_cast<const unsigned char&>(value), name, width_bits);
-    } else if (std::is_signed_v<Value> && is_signed) {
-        sc_core::sc_trace(file, value, name, width_bits);
-    } else {
-        // Numbers that are never negative may be read as unsigned.
-        using Bits = std::make_unsigned_t<Value>;
-        sc_core::sc_trace(file, reinterpret_cast<const Bits&>(value), name, width_bits);
-    }
 }
 
 /// A part of a block that has no clock, with state of its own: `visit_state(see)` calls see(name, value, largest value)

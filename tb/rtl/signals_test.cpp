@@ -26,6 +26,7 @@ using rtl::DisplayRead;
 using rtl::DisplayWrite;
 using rtl::HeadSegment;
 using rtl::MemoryCommand;
+using rtl::MemoryData;
 using rtl::PixelUse;
 using rtl::SegmentProgress;
 
@@ -103,40 +104,46 @@ void check_values(const std::vector<std::pair<Value, std::string>>& values) {
 TEST_CASE("signals: structures are equal if every member is that means something, and are printed") {
     HeadSegment hidden = shown(segment_row({3, 2}, {4, 5}, 2));
     hidden.shown = false;
-    check_values<HeadSegment>({{{}, "no segment"},
-                               {hidden, "no segment"},
-                               {shown(hidden.segment.row()), "3x2 pixels at 4,5, each 2x2"},
-                               {shown(segment_row({2, 2}, {4, 5}, 2)), "2x2 pixels at 4,5, each 2x2"},
-                               {shown(segment_row({3, 3}, {4, 5}, 2)), "3x3 pixels at 4,5, each 2x2"},
-                               {shown(segment_row({3, 2}, {3, 5}, 2)), "3x2 pixels at 3,5, each 2x2"},
-                               {shown(segment_row({3, 2}, {4, 6}, 2)), "3x2 pixels at 4,6, each 2x2"},
-                               {shown(segment_row({3, 2}, {4, 5}, 3)), "3x2 pixels at 4,5, each 3x3"}});
-    check_values<SegmentProgress>({{{}, "0 pixels from address 0 on"},
-                                   {{true, 7, 12}, "7 pixels from address 12 on, abandoned"},
-                                   {{false, 7, 12}, "7 pixels from address 12 on"},
-                                   {{false, 8, 12}, "8 pixels from address 12 on"},
-                                   {{false, 7, 13}, "7 pixels from address 13 on"}});
-    check_values<RasterStep>({{{}, "not covered"},
-                              {{1}, "not covered"},
-                              {{0, 1}, "not covered"},
-                              {{0, 0, 1}, "not covered"},
-                              {{0, 0, 0, 1}, "not covered"},
-                              {{0, 0, 0, 0, 1}, "not covered"},
-                              {{0, 0, 0, 0, 0, true}, "last position, not covered"},
-                              {{0, 0, 0, 0, 0, false, true}, "pixel 0, beside 0 weighs 0, across 0 weighs 0"},
-                              {{0, 0, 0, 0, 0, false, false, true}, "not covered"},
-                              {{9, -3, 1, 64, 32, true, true, true},
-                               "last position, pixel 9 again, beside 1 weighs 64, across -3 weighs 32"}});
-    check_values<PixelUse>({{{}, "no pixel's last use"},
-                            {{true, Segment::kNoPixel}, "no pixel's last use, the frame's end"},
-                            {{false, 0}, "last use of pixel 0"},
-                            {{true, 1}, "last use of pixel 1, the frame's end"}});
-    check_values<DisplayWrite>({{{}, "bank 0 address 0 colour 0x0"},
-                                {{true, 0, 0}, "bank 1 address 0 colour 0x0"},
-                                {{false, 17, 0}, "bank 0 address 17 colour 0x0"},
-                                {{false, 0, 0xABCDEF}, "bank 0 address 0 colour 0xabcdef"}});
-    check_values<DisplayRead>(
-        {{{}, "bank 0 address 0"}, {{true, 0}, "bank 1 address 0"}, {{false, 17}, "bank 0 address 17"}});
+    check_values<HeadSegment>(
+        {{{}, "{ }"},
+         {hidden, "{ width=3 height=2 x=4 y=5 multiple=2 }"},
+         {shown(hidden.segment.row()), "{ shown=1 width=3 height=2 x=4 y=5 multiple=2 }"},
+         {shown(segment_row({2, 2}, {4, 5}, 2)), "{ shown=1 width=2 height=2 x=4 y=5 multiple=2 }"},
+         {shown(segment_row({3, 3}, {4, 5}, 2)), "{ shown=1 width=3 height=3 x=4 y=5 multiple=2 }"},
+         {shown(segment_row({3, 2}, {-3, 5}, 2)), "{ shown=1 width=3 height=2 x=-3 y=5 multiple=2 }"},
+         {shown(segment_row({3, 2}, {4, 6}, 2)), "{ shown=1 width=3 height=2 x=4 y=6 multiple=2 }"},
+         {shown(segment_row({3, 2}, {4, 5}, 3)), "{ shown=1 width=3 height=2 x=4 y=5 multiple=3 }"}});
+    check_values<SegmentProgress>({{{}, "{ }"},
+                                   {{true, 7, 12}, "{ abandoned=1 arrived=7 base_address=12 }"},
+                                   {{false, 7, 12}, "{ arrived=7 base_address=12 }"},
+                                   {{false, 8, 12}, "{ arrived=8 base_address=12 }"},
+                                   {{false, 7, 13}, "{ arrived=7 base_address=13 }"}});
+    check_values<RasterStep>(
+        {{{}, "{ }"},
+         {{1}, "{ pixel=1 }"},
+         {{0, 1}, "{ across=1 }"},
+         {{0, 0, 1}, "{ beside=1 }"},
+         {{0, 0, 0, 1}, "{ weight_x=1 }"},
+         {{0, 0, 0, 0, 1}, "{ weight_y=1 }"},
+         {{0, 0, 0, 0, 0, true}, "{ last=1 }"},
+         {{0, 0, 0, 0, 0, false, true}, "{ covered=1 }"},
+         {{0, 0, 0, 0, 0, false, false, true}, "{ replayed=1 }"},
+         {{9, -3, 1, 64, 32, true, true, true},
+          "{ last=1 covered=1 replayed=1 pixel=9 beside=1 across=-3 weight_x=64 weight_y=32 }"}});
+    check_values<PixelUse>({{{}, "{ last_use=-1 }"},
+                            {{true, Segment::kNoPixel}, "{ ends_frame=1 last_use=-1 }"},
+                            {{false, 0}, "{ }"},
+                            {{true, 1}, "{ ends_frame=1 last_use=1 }"}});
+    check_values<DisplayWrite>({{{}, "{ }"},
+                                {{true, 0, 0}, "{ bank=1 }"},
+                                {{false, 17, 0}, "{ address=17 }"},
+                                {{false, 0, 0xAB}, "{ colour=171 }"}});
+    check_values<DisplayRead>({{{}, "{ }"}, {{true, 0}, "{ bank=1 }"}, {{false, 17}, "{ address=17 }"}});
+    // Of an array its first elements count, and are printed.
+    check_values<MemoryData>({{{}, "{ }"},
+                              {{2, {8, 9, 10}}, "{ count=2 word_0=8 word_1=9 }"},
+                              {{2, {8, 8, 10}}, "{ count=2 word_0=8 word_1=8 }"},
+                              {{3, {8, 9, 10}}, "{ count=3 word_0=8 word_1=9 word_2=10 }"}});
     MemoryCommand read;
     read.kind = MemoryCommand::Kind::kRead;
     read.row = 5;
