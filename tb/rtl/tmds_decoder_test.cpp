@@ -109,9 +109,8 @@ struct Channel {
 class Decoder final : public Lockstep<TmdsDecoder> {
   public:
     explicit Decoder(LockstepBench& bench)
-        : Lockstep(bench, "tmds_decoder", [](const char* dut, rtl::ClockGating) {
-              return std::make_unique<TmdsDecoder>(dut);
-          }) {}
+        : Lockstep(bench, "tmds_decoder",
+                   [](const char* dut, rtl::ClockGating) { return std::make_unique<TmdsDecoder>(dut); }) {}
 
     void stimulate() override {
         wrong_reports_ += dut().waiting_for() == (found() ? "" : kReport) ? 0 : 1;

@@ -22,9 +22,8 @@ constexpr TmdsCharacter kControl = 0b1101010100;  ///< with both of its bits 0
 class Encoder final : public Lockstep<TmdsEncoder> {
   public:
     explicit Encoder(LockstepBench& bench)
-        : Lockstep(bench, "tmds_encoder", [](const char* dut, rtl::ClockGating) {
-              return std::make_unique<TmdsEncoder>(dut);
-          }) {}
+        : Lockstep(bench, "tmds_encoder",
+                   [](const char* dut, rtl::ClockGating) { return std::make_unique<TmdsEncoder>(dut); }) {}
 
     /// Lines and pauses of any length.
     void stimulate() override {

@@ -55,8 +55,7 @@ Fault noise(int per_billion, std::int64_t from_cycle = 0) {
 class Wire final : public Lockstep<TmdsFault> {
   public:
     Wire(LockstepBench& bench, NoisyLink& link)
-        : Lockstep(bench, "wire",
-                   [&link](const char* dut, rtl::ClockGating) { return link.make(dut); }),
+        : Lockstep(bench, "wire", [&link](const char* dut, rtl::ClockGating) { return link.make(dut); }),
           link_(link),
           noisy_characters_(link.scenario.faults.size(), 0) {}
 
@@ -157,8 +156,7 @@ TEST_CASE("tmds fault: noise has its rate and every seed, link, channel and cloc
     class Watch final : public Lockstep<TmdsFault> {
       public:
         Watch(LockstepBench& bench, NoisyLink& link, const std::string& name)
-            : Lockstep(bench, name,
-                       [&link](const char* dut, rtl::ClockGating) { return link.make(dut); }) {}
+            : Lockstep(bench, name, [&link](const char* dut, rtl::ClockGating) { return link.make(dut); }) {}
         void expect() override { tmds_.ignore(); }
         void edge() override {
             for (std::size_t channel = 0; channel < 3; ++channel) {
@@ -215,8 +213,8 @@ TEST_CASE("tmds fault: noise has its rate and every seed, link, channel and cloc
 TEST_CASE("tmds fault: timing: characters that are not disturbed") {
     NoisyLink link;
     LockstepBench bench;
-    WaveformCase<TmdsFault> dut(
-        bench, "wire", [&link](const char* name, rtl::ClockGating) { return link.make(name); });
+    WaveformCase<TmdsFault> dut(bench, "wire",
+                                [&link](const char* name, rtl::ClockGating) { return link.make(name); });
     const TmdsLink a{{0x001, 0x002, 0x003}}, b{{0x011, 0x012, 0x013}}, wrong{{0x010, 0x012, 0x013}};
     dut.drive("..ab.b.", &TmdsFault::tmds_i, {{'a', a}, {'b', b}});
     dut.drive("....f..", &TmdsFault::disturbance_i, {{'f', {{0x001, 0, 0}, {}, {}}}});

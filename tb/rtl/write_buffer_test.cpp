@@ -146,7 +146,8 @@ TEST_CASE("write buffer: in lockstep with its reference") {
     const Buffer whole_image(bench, "whole_image", 16, 16, 16);
     const Buffer less_than_a_block(bench, "less_than_a_block", 64, 5, 128);
     const Buffer single_words(bench, "single_words", 1, 3, 2);
-    bench.run(20'000, {{"a whole block", 500}, {"an image's last words", 500}, {LockstepBench::kAsleep, 500}});
+    bench.run(20'000,
+              {{"a whole block", 500}, {"an image's last words", 500}, {LockstepBench::kAsleep, 500}});
 }
 
 }  // namespace
