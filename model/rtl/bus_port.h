@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -229,7 +228,6 @@ class BusPort final : public Block {
     int raster_height_pixels_;
     Smoothing smoothing_;
     int loop_cycles_;  ///< that read latency and registers add until a beat's answer is read
-    std::int64_t core_period_picoseconds_;
 
     std::int64_t BusCounters::*counted_ = &BusCounters::idle_cycles;  ///< the counter of the last clock
 

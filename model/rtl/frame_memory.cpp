@@ -37,12 +37,12 @@ FrameMemory::FrameMemory(const sc_core::sc_module_name& name, const MemoryConfig
                 bits_for(std::max(config.precharge_cycles, config.activate_cycles())));
         }
     }
+    clocked_.reads({&reset_i, &command_i});
     devices_[0].resize(static_cast<std::size_t>(device_words));
     if (!config.shared()) {
         devices_[1].resize(static_cast<std::size_t>(device_words));
         link_clocked_ = std::make_unique<Clocked>(*this, write_clk_i, &FrameMemory::write_edge);
         link_clocked_->reads({&write_i});
-        clocked_.reads({&reset_i, &command_i});
     }
     if (reads_.empty()) {
         SC_METHOD(put_out);

@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <functional>
-#include <optional>
 
 #include "datapath/link/bank_keeper.h"
 #include "report/machine_report.h"

@@ -90,9 +90,7 @@ void Metabuffer::make_renderer_side() {
         sc_core::sc_signal<bool>* const drifting_clk = faults_->drifting_clock(r, dvi_in_period_picoseconds_);
         sc_core::sc_signal<bool>& link_clk = drifting_clk != nullptr ? *drifting_clk : dvi_in_clk_->clk;
         link_clks_.push_back(&link_clk);
-        const sc_core::sc_signal_in_if<bool>& blocks_link_clk =
-            drifting_clk != nullptr ? *drifting_clk : dvi_in_clk_->of_blocks();
-        link_clks_of_blocks_.push_back(&blocks_link_clk);
+        const sc_core::sc_signal_in_if<bool>& blocks_link_clk = link_clk_of_blocks(r);
         auto source =
             std::make_unique<DviSource>(numbered("dvi_source", r).c_str(), scenario_, static_cast<int>(r));
         source->clk_i(blocks_link_clk);

@@ -110,7 +110,8 @@ class Metabuffer final : public Block {
     // The same as the blocks have them, for clocked modules that sleep as well.
     const sc_core::sc_signal_in_if<bool>& core_clk_of_blocks() const { return core_clk_->of_blocks(); }
     const sc_core::sc_signal_in_if<bool>& link_clk_of_blocks(std::size_t renderer) const {
-        return *link_clks_of_blocks_[renderer];
+        const sc_core::sc_signal<bool>& clk = *link_clks_[renderer];
+        return &clk == &dvi_in_clk_->clk ? dvi_in_clk_->of_blocks() : clk;
     }
     sc_core::sc_signal<bool>& reset() { return reset_; }
 
@@ -170,7 +171,6 @@ class Metabuffer final : public Block {
     std::unique_ptr<Wires> wires_;
     std::unique_ptr<MachineFaults> faults_;
     std::vector<sc_core::sc_signal<bool>*> link_clks_;  ///< by renderer
-    std::vector<const sc_core::sc_signal_in_if<bool>*> link_clks_of_blocks_;
 
     std::vector<std::unique_ptr<DviSource>> dvi_sources_;
     std::vector<std::unique_ptr<DviDecoder>> dvi_decoders_;
