@@ -26,10 +26,10 @@ void spawn(const Method& method, const sc_core::sc_event& event) {
 }  // namespace
 
 Clocked::Clocked(sc_core::sc_module& module, sc_core::sc_in<bool>& clk_i, const sc_core::sc_in<bool>* reset_i,
-                 RegisterSet& registers, Method edge, Method reset)
+                 RegisterSet* registers, Method edge, Method reset)
     : sc_core::sc_module(sc_core::sc_module_name(sc_core::sc_gen_unique_name("clocked"))),
       module_(module),
-      registers_(registers),
+      registers_(registers == nullptr ? none_ : *registers),
       edge_(edge),
       reset_(reset),
       clk_i_(clk_i),

@@ -38,12 +38,12 @@ class Clocked final : public sc_core::sc_module {
     template <typename Module>
     Clocked(Module& module, sc_core::sc_in<bool>& clk_i, sc_core::sc_in<bool>& reset_i,
             RegisterSet& registers, void (Module::*edge)(), void (Module::*reset)())
-        : Clocked(module, clk_i, &reset_i, registers, static_cast<Method>(edge), static_cast<Method>(reset)) {
-    }
+        : Clocked(module, clk_i, &reset_i, &registers, static_cast<Method>(edge),
+                  static_cast<Method>(reset)) {}
     /// Without registers, and without a reset.
     template <typename Module>
     Clocked(Module& module, sc_core::sc_in<bool>& clk_i, void (Module::*edge)())
-        : Clocked(module, clk_i, nullptr, none_, static_cast<Method>(edge), nullptr) {}
+        : Clocked(module, clk_i, nullptr, nullptr, static_cast<Method>(edge), nullptr) {}
 
     /// In a module with several clocks: the inputs that this method reads, if others shall not wake it.
     void reads(std::initializer_list<const sc_core::sc_port_base*> inputs) { reads_ = inputs; }
@@ -65,7 +65,7 @@ class Clocked final : public sc_core::sc_module {
     friend class GatedClock;
 
     Clocked(sc_core::sc_module& module, sc_core::sc_in<bool>& clk_i, const sc_core::sc_in<bool>* reset_i,
-            RegisterSet& registers, Method edge, Method reset);
+            RegisterSet* registers, Method edge, Method reset);
 
     void end_of_elaboration() override;
     void find_inputs();
