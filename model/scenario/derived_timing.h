@@ -21,25 +21,25 @@ int lost_slot_cycles(const Scenario& scenario);
 /// another opened, and the words follow. words: of the block.
 int longest_write_cycles(const MemoryConfig& memory, int words);
 
-/// The most core clocks from a block's last word to the end of its writing: two registers of the core clock and the
-/// clock that begins, a page that is being opened, a refresh that leaves no room before it, and the writing.
+/// The most core clocks from a block's last word to the end of its writing: two registers of the core clock and a clock
+/// to begin, a page that is being opened, a refresh before which the writing would not end, and the writing.
 int longest_write_delay_cycles(const MemoryConfig& memory);
 
 /// The least core clocks in which a block of the link's words may come: before the next one is full the block must be
 /// written, and the bus must have its page open again.
 int least_block_cycles(const MemoryConfig& memory);
 
-/// The least core clocks from one refresh to the next: in between a page can be opened and a beat read, otherwise the
-/// bus would never go on. With shared ports two blocks of the link's words may come before that, and each may close the
-/// page, so that no wait for a word meets two refreshes.
+/// The least core clocks from one refresh to the next: enough to open a page and read a beat, otherwise the bus would
+/// never go on. With shared ports also enough for two blocks of the link's words before that, each of which may close
+/// the page, so that no wait for a word meets two refreshes.
 std::int64_t least_refresh_interval_cycles(const MemoryConfig& memory);
 
 /// The clock period of a renderer's link where its drift makes it fastest.
 std::int64_t shortest_link_period_picoseconds(const Scenario& scenario, std::size_t renderer);
 
-/// The most core clocks that a burst waits for its next word: a page miss, or one with a refresh within it and the page
-/// opened again. With shared ports blocks of the link's words may come between, three at the most, and each may close
-/// the burst's page.
+/// The most core clocks that a burst waits for its next word: a page miss; with refreshes, one that a refresh interrupts,
+/// so that the page is opened again. With shared ports up to three blocks of the link's words may come between, and each
+/// may close the burst's page.
 int longest_word_wait_cycles(const Scenario& scenario);
 
 /// The most core clocks from a beat of a burst to the next one: that wait, and the beat.

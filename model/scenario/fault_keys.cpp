@@ -136,8 +136,9 @@ std::string misplaced_fault_key(const FaultKey& key, FaultKind kind) {
 }
 
 bool is_on_link(FaultKind kind) {
-    const FaultPlace place = fault_traits(kind).place;
-    return place == FaultPlace::kFrame || place == FaultPlace::kLink || place == FaultPlace::kCharacters;
+    const FaultLocation location = fault_traits(kind).location;
+    return location == FaultLocation::kFrame || location == FaultLocation::kLink ||
+           location == FaultLocation::kCharacters;
 }
 
 bool disturbs_characters(const Scenario& scenario, std::size_t renderer) {

@@ -12,7 +12,7 @@
 /// The keys of faults; fault_kinds.h has which of them go with which kind.
 namespace metabuffer {
 
-/// A key of a fault other than `kind`, which all have, and `renderer`.
+/// A key of a fault besides `kind` and `renderer`.
 struct FaultKey : ObjectKey<Fault> {
     /// "pair": without the list before it.
     const char* name() const;
@@ -45,7 +45,7 @@ bool disturbs_characters(const Scenario& scenario, std::size_t renderer);
 bool disturbs_characters(const Scenario& scenario);
 
 /// Throws InputError if the scenario has a fault that level `level` cannot show, since that level does not simulate
-/// each clock. The error names the fault, by its place in the file if it is from one.
+/// each clock. The error names the fault, with file and line if it is from a file.
 void refuse_faults_of_level_rtl(const Scenario& scenario, const std::string& level);
 
 }  // namespace metabuffer

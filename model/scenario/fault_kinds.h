@@ -9,11 +9,11 @@
 #include "host/range.h"
 #include "scenario/scenario.h"
 
-/// One row of traits for each kind of fault. All code uses it, except for the code that carries the fault out.
+/// One row of traits for each kind of fault: all that is known of it outside of the code that carries it out.
 namespace metabuffer {
 
 /// Where a fault happens.
-enum class FaultPlace : std::uint8_t {
+enum class FaultLocation : std::uint8_t {
     kFrame,       ///< in one frame of a pair on the renderer's link
     kLink,        ///< on the link, from a pair on
     kCharacters,  ///< in the characters of one frame of a pair on the link, which has layer tmds
@@ -44,7 +44,7 @@ struct FaultTraits {
     FaultKind value = FaultKind::kCrc;
     const char* name = nullptr;
     const char* meaning = nullptr;
-    FaultPlace place = FaultPlace::kFrame;
+    FaultLocation location = FaultLocation::kFrame;
     FaultEffect effect = FaultEffect::kNone;
     /// Besides `kind` and, if it names one, `renderer`; in the order of files.
     std::array<FaultKeyOfKind, kMostKeys> keys{};
@@ -57,11 +57,11 @@ struct FaultTraits {
                effect == FaultEffect::kPixels;
     }
     /// It happens at single clocks, which only level rtl simulates.
-    constexpr bool only_at_level_rtl() const { return place != FaultPlace::kFrame; }
-    constexpr bool names_renderer() const { return place != FaultPlace::kMachine; }
+    constexpr bool only_at_level_rtl() const { return location != FaultLocation::kFrame; }
+    constexpr bool names_renderer() const { return location != FaultLocation::kMachine; }
     /// It is in the bits of a link, which only links.layer tmds has.
     constexpr bool needs_tmds() const {
-        return place == FaultPlace::kCharacters || value == FaultKind::kTmdsNoise;
+        return location == FaultLocation::kCharacters || value == FaultKind::kTmdsNoise;
     }
 };
 
@@ -81,83 +81,83 @@ constexpr FaultKeyOfKind kAtClock{"at_clock"};
 
 // clang-format off
 inline constexpr std::array kFaultKinds{
-    FaultTraits{FaultKind::kMagic, "magic", "the control scanline's magic is not MBUF", FaultPlace::kFrame,
+    FaultTraits{FaultKind::kMagic, "magic", "the control scanline's magic is not MBUF", FaultLocation::kFrame,
                 FaultEffect::kHeader, {fault_kinds::kPair, fault_kinds::kFrame}, kControlMagicOffset},
-    FaultTraits{FaultKind::kVersion, "version", "the control scanline's version is not 1", FaultPlace::kFrame,
+    FaultTraits{FaultKind::kVersion, "version", "the control scanline's version is not 1", FaultLocation::kFrame,
                 FaultEffect::kHeader, {fault_kinds::kPair, fault_kinds::kFrame}, kControlVersionOffset},
     FaultTraits{FaultKind::kKind, "kind", "its kind is neither colour nor depth (and its CRC holds)",
-                FaultPlace::kFrame, FaultEffect::kHeader, {fault_kinds::kPair, fault_kinds::kFrame}},
-    FaultTraits{FaultKind::kCrc, "crc", "its CRC-32 does not match", FaultPlace::kFrame, FaultEffect::kHeader,
+                FaultLocation::kFrame, FaultEffect::kHeader, {fault_kinds::kPair, fault_kinds::kFrame}},
+    FaultTraits{FaultKind::kCrc, "crc", "its CRC-32 does not match", FaultLocation::kFrame, FaultEffect::kHeader,
                 {fault_kinds::kPair, fault_kinds::kFrame}, kControlCrcOffset},
     FaultTraits{FaultKind::kNumber, "number", "its frame number is one more than the pair's (and its CRC holds)",
-                FaultPlace::kFrame, FaultEffect::kHeader, {fault_kinds::kPair, fault_kinds::kFrame}},
-    FaultTraits{FaultKind::kShortLine, "short_line", "the last image scanline is a pixel short", FaultPlace::kFrame,
+                FaultLocation::kFrame, FaultEffect::kHeader, {fault_kinds::kPair, fault_kinds::kFrame}},
+    FaultTraits{FaultKind::kShortLine, "short_line", "the last image scanline is a pixel short", FaultLocation::kFrame,
                 FaultEffect::kGeometry, {fault_kinds::kPair, fault_kinds::kFrame}},
-    FaultTraits{FaultKind::kLongLine, "long_line", "the last image scanline is a pixel long", FaultPlace::kFrame,
+    FaultTraits{FaultKind::kLongLine, "long_line", "the last image scanline is a pixel long", FaultLocation::kFrame,
                 FaultEffect::kGeometry, {fault_kinds::kPair, fault_kinds::kFrame}},
     FaultTraits{FaultKind::kShortFrame, "short_frame", "the last `lines` image scanlines are missing",
-                FaultPlace::kFrame, FaultEffect::kGeometry,
+                FaultLocation::kFrame, FaultEffect::kGeometry,
                 {fault_kinds::kPair, fault_kinds::kFrame, fault_kinds::kLines}},
     FaultTraits{FaultKind::kLongFrame, "long_frame", "there are `lines` image scanlines too many",
-                FaultPlace::kFrame, FaultEffect::kGeometry,
+                FaultLocation::kFrame, FaultEffect::kGeometry,
                 {fault_kinds::kPair, fault_kinds::kFrame, fault_kinds::kLines}},
-    FaultTraits{FaultKind::kMissing, "missing", "the frame is not sent", FaultPlace::kFrame, FaultEffect::kAbsence,
+    FaultTraits{FaultKind::kMissing, "missing", "the frame is not sent", FaultLocation::kFrame, FaultEffect::kAbsence,
                 {fault_kinds::kPair, fault_kinds::kFrame}},
     FaultTraits{FaultKind::kDelay, "delay", "the link is silent for `delay_pairs` pair times before the frame",
-                FaultPlace::kFrame, FaultEffect::kNone,
+                FaultLocation::kFrame, FaultEffect::kNone,
                 {fault_kinds::kPair, fault_kinds::kFrame, FaultKeyOfKind{"delay_pairs"}}},
-    FaultTraits{FaultKind::kRepeated, "repeated", "the frame is sent twice", FaultPlace::kFrame, FaultEffect::kNone,
+    FaultTraits{FaultKind::kRepeated, "repeated", "the frame is sent twice", FaultLocation::kFrame, FaultEffect::kNone,
                 {fault_kinds::kPair, fault_kinds::kFrame}},
     FaultTraits{FaultKind::kOtherPair, "other_pair",
-                "the frame is that of the next pair: number, table and image", FaultPlace::kFrame,
+                "the frame is that of the next pair: number, table and image", FaultLocation::kFrame,
                 FaultEffect::kHeader, {fault_kinds::kPair, fault_kinds::kFrame}},
     FaultTraits{FaultKind::kControlByte, "control_byte", "one byte of the control scanline is changed by `bits`",
-                FaultPlace::kFrame, FaultEffect::kHeader,
+                FaultLocation::kFrame, FaultEffect::kHeader,
                 {fault_kinds::kPair, fault_kinds::kFrame, FaultKeyOfKind{"byte"},
                  FaultKeyOfKind{"bits", {1, 0xFF}}}},
     FaultTraits{FaultKind::kPixelBits, "pixel_bits", "`bits` of the image pixel at (x, y) are flipped on the link",
-                FaultPlace::kFrame, FaultEffect::kPixels,
+                FaultLocation::kFrame, FaultEffect::kPixels,
                 {fault_kinds::kPair, fault_kinds::kFrame, FaultKeyOfKind{"bits"}, FaultKeyOfKind{"x"},
                  FaultKeyOfKind{"y"}}},
     FaultTraits{FaultKind::kDrift, "drift", "from the pair on, the link's clock runs `ppm` millionths fast",
-                FaultPlace::kLink, FaultEffect::kNone, {fault_kinds::kPair, FaultKeyOfKind{"ppm"}}},
+                FaultLocation::kLink, FaultEffect::kNone, {fault_kinds::kPair, FaultKeyOfKind{"ppm"}}},
     FaultTraits{FaultKind::kBusreadyLow, "busready_low", "BUSREADY of a composer is low for `cycles`",
-                FaultPlace::kRow, FaultEffect::kNone,
+                FaultLocation::kRow, FaultEffect::kNone,
                 {fault_kinds::kDisplay, fault_kinds::kFromCycle, fault_kinds::kCycles}},
     FaultTraits{FaultKind::kPipereadyLow, "pipeready_low", "PIPEREADY of a composer is low for `cycles`",
-                FaultPlace::kRow, FaultEffect::kNone,
+                FaultLocation::kRow, FaultEffect::kNone,
                 {fault_kinds::kDisplay, fault_kinds::kFromCycle, fault_kinds::kCycles}},
     FaultTraits{FaultKind::kLostBeat, "lost_beat",
                 "the bus loses its next `beats` beats of kind `of` on their way to one composer",
-                FaultPlace::kRow, FaultEffect::kNone,
+                FaultLocation::kRow, FaultEffect::kNone,
                 {fault_kinds::kDisplay, fault_kinds::kFromCycle, FaultKeyOfKind{"beats"}, FaultKeyOfKind{"of"}}},
     FaultTraits{FaultKind::kRandomStalls, "random_stalls",
                 "each handshake of the renderer's row is held back in `percent` of the clocks, for `cycles`",
-                FaultPlace::kRow, FaultEffect::kNone,
+                FaultLocation::kRow, FaultEffect::kNone,
                 {fault_kinds::kFromCycle, fault_kinds::kCycles, FaultKeyOfKind{"percent"},
                  FaultKeyOfKind{"seed"}}},
     FaultTraits{FaultKind::kReset, "reset",
                 "the whole machine is in reset for `cycles`, and then begins again with pair 0 and frame 0",
-                FaultPlace::kMachine, FaultEffect::kNone,
+                FaultLocation::kMachine, FaultEffect::kNone,
                 {fault_kinds::kFromCycle, FaultKeyOfKind{"cycles", {1, 1'000'000}, true}}},
     FaultTraits{FaultKind::kTmdsBits, "tmds_bits",
                 "`bits` of one character are flipped, on a link of layer tmds",
-                FaultPlace::kCharacters, FaultEffect::kNone,
+                FaultLocation::kCharacters, FaultEffect::kNone,
                 {fault_kinds::kPair, fault_kinds::kFrame, FaultKeyOfKind{"bits", {1, kTmdsCharacterMask}},
                  fault_kinds::kChannel, fault_kinds::kAtLine, fault_kinds::kAtClock}},
     FaultTraits{FaultKind::kTmdsSlip, "tmds_slip",
                 "from the character on, those of the channel begin `late_bits` later than the link's words",
-                FaultPlace::kCharacters, FaultEffect::kNone,
+                FaultLocation::kCharacters, FaultEffect::kNone,
                 {fault_kinds::kPair, fault_kinds::kFrame, fault_kinds::kChannel, fault_kinds::kAtLine,
                  fault_kinds::kAtClock, FaultKeyOfKind{"late_bits"}}},
     FaultTraits{FaultKind::kTmdsSkew, "tmds_skew",
                 "from the character on, the channel comes `late_characters` later than the link's clock",
-                FaultPlace::kCharacters, FaultEffect::kNone,
+                FaultLocation::kCharacters, FaultEffect::kNone,
                 {fault_kinds::kPair, fault_kinds::kFrame, fault_kinds::kChannel, fault_kinds::kAtLine,
                  fault_kinds::kAtClock, FaultKeyOfKind{"late_characters"}}},
     FaultTraits{FaultKind::kTmdsNoise, "tmds_noise",
                 "each bit of the renderer's link is flipped at a rate of `per_billion`, for `cycles`",
-                FaultPlace::kRow, FaultEffect::kNone,
+                FaultLocation::kRow, FaultEffect::kNone,
                 {fault_kinds::kFromCycle, fault_kinds::kCycles, FaultKeyOfKind{"seed"},
                  FaultKeyOfKind{"per_billion"}}},
 };

@@ -21,8 +21,8 @@ struct FrameNumbers {
 /// "0-299" or "7". Nothing if it is neither, or if the first number is the larger one.
 std::optional<FrameNumbers> parse_frame_numbers(const std::string& text);
 
-/// The name with the number in place of its %d, or of %04d in so many digits at least; a name without % as it is. Nothing
-/// if it has another % or more than one.
+/// The name with its %d replaced by the number, or %04d by at least four digits; a name without % as it is. Nothing if the
+/// name has another % or more than one.
 std::optional<std::string> numbered_name(const std::string& name, int number);
 
 /// A position of a moving viewport.

@@ -16,8 +16,8 @@ namespace limits {
 constexpr IntegerRange kGridDisplays{1, 64};
 constexpr IntegerRange kWordsPerCycle{1, 8};
 constexpr std::array<int, 4> kMemoryBanks{1, 2, 4, 8};
-/// All banks close between two frames, within the least number of clocks from the request for the next pair to its
-/// first activation: a fast link's answer, the frame's start and one row.
+/// All banks must close between two frames: within the fewest clocks from the request for a pair to the first activate,
+/// which are a fast link's answer, the frame's start and one row.
 constexpr IntegerRange kPrechargeCycles{0, 4};
 constexpr IntegerRange kReadLatencyCycles{0, 8};
 constexpr IntegerRange kRegisterStages{0, 4};

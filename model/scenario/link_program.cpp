@@ -83,14 +83,14 @@ void corrupt(LinkFrame& link, const Fault& fault, DepthFormat format) {
 /// The slots that a scenario gives by display, as indices of rows.
 std::vector<std::uint8_t> given_payload(const std::vector<int>& displays, const ViewportTable& table) {
     if (displays.empty()) return {};
-    std::vector<int> places;
-    places.reserve(displays.size());
+    std::vector<int> slots;
+    slots.reserve(displays.size());
     for (const int display : displays) {
         const auto row = std::find_if(table.begin(), table.end(),
                                       [display](const ViewportRow& one) { return one.dcomp == display; });
-        places.push_back(static_cast<int>(row - table.begin()));
+        slots.push_back(static_cast<int>(row - table.begin()));
     }
-    return encode_slots(places, table.size());
+    return encode_slots(slots, table.size());
 }
 
 /// The payload of the entry's depth frames.
@@ -235,8 +235,8 @@ void LinkProgram::begin_pair() {
 std::vector<const Fault*> LinkProgram::character_faults_of_frame() const {
     std::vector<const Fault*> faults;
     for (const Fault& fault : scenario_.faults) {
-        if (fault_traits(fault.kind).place == FaultPlace::kCharacters && fault.renderer == renderer_index_ &&
-            fault.pair == pair_ && fault.frame == kind_) {
+        if (fault_traits(fault.kind).location == FaultLocation::kCharacters &&
+            fault.renderer == renderer_index_ && fault.pair == pair_ && fault.frame == kind_) {
             faults.push_back(&fault);
         }
     }

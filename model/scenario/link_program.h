@@ -22,8 +22,8 @@ struct LinkFrame {
     std::int64_t faults = 0;                   ///< that change it
 };
 
-/// The slot table of a pair with this table, by index of its valid rows: what the host has sent in the payload of the
-/// depth frame's control scanline, or what the hardware makes; none under a policy without slots.
+/// The slot table of a pair, as indices of the valid rows of `table`: from the host's payload in the depth frame's control
+/// scanline, or made by the hardware; none under a policy without slots.
 SentSlots machine_slots(const BusConfig& bus, const ValidatedTable& table,
                         const std::vector<std::uint8_t>& payload);
 
@@ -31,15 +31,15 @@ SentSlots machine_slots(const BusConfig& bus, const ValidatedTable& table,
 SentSlots frame_slots(const Scenario& scenario, const Renderer& renderer, const RendererFrame& entry,
                       const ValidatedTable& table);
 
-/// What the host says in the control scanline of a frame: in the colour frame the viewport table, in the depth frame the
-/// slot table, if the host makes it.
+/// The content of a frame's control scanline: the colour frame has the viewport table, the depth frame the slot table, if
+/// the host makes it.
 ControlScanline control_content(const Scenario& scenario, const Renderer& renderer, std::uint32_t pair,
                                 FrameKind frame);
 
 /// The frame that is sent as `frame` of a pair. The scenario must have passed check_scenario.
 LinkFrame link_frame(const Scenario& scenario, int renderer, std::uint32_t pair, FrameKind frame);
 
-/// The order of things on a link: which frame or silence comes next.
+/// Which frame or silence comes next on a link.
 class LinkProgram {
   public:
     enum class Step : std::uint8_t {
@@ -51,9 +51,9 @@ class LinkProgram {
     /// The scenario must outlive the program. renderer: index, from 0.
     LinkProgram(const Scenario& scenario, int renderer);
 
-    /// What begins in this clock of the link, with nothing under way.
+    /// What begins in this clock of the link. To be called while neither frame nor silence is under way.
     Step next(bool pair_requested);
-    /// Whether faults disturb characters of that frame. If so, call begin_clock in each of its clocks.
+    /// Whether faults disturb characters of frame(). If so, call begin_clock in each of its clocks.
     bool disturbs_characters() const { return !character_faults_.empty(); }
     /// A clock of the frame: line and clock in it, from 0.
     void begin_clock(int line, int clock);

@@ -12,8 +12,8 @@ namespace metabuffer {
 /// clock.
 constexpr double kRateTolerance = 0.001;
 
-/// What displays, links and raster allow, in frames a second. Clocks have whole picoseconds, so that these are the rates
-/// of the model's clocks, which may differ from the scenario's in the fifth digit.
+/// What displays, links and raster allow, in frames a second. The rates are those of the model's clocks, whose periods are
+/// whole picoseconds: they may differ from the scenario's in the fifth digit.
 struct RateLimits {
     double core_hz = 0.0;                  ///< clocks a second
     double raster_hz = 0.0;                ///< frames through the pipelines back to back
@@ -28,8 +28,8 @@ struct RateLimits {
 
     /// Composited frames that displays and raster allow.
     double displays_hz() const;
-    /// Different frames that the links can bring: in lockstep, where a frame has a new pair of every renderer, no more
-    /// than the slowest brings; in free-running pacing no more than all together.
+    /// Different frames that the links can bring: in lockstep as many as the slowest link, since each frame has a new pair
+    /// of every renderer; in free-running pacing as many as all links together.
     double links_hz() const;
     /// Frames that can be composited. In free-running pacing pairs may be shown again.
     double composition_hz() const { return pacing == Pacing::kLockstep ? different_hz() : displays_hz(); }

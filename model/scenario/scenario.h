@@ -85,8 +85,8 @@ enum class LostBeats : std::uint8_t {
     kAny,     ///< whichever comes, pixels for others as well
 };
 
-/// The key tables (scenario_keys.h, fault_keys.h) have the units and ranges of its members and of those of the
-/// structures below.
+/// Units and ranges of the members of this and the following structures are in the key tables (scenario_keys.h,
+/// fault_keys.h).
 struct Fault {
     int renderer = 0;  ///< index into Scenario::renderers
     std::uint32_t pair = 0;
@@ -120,13 +120,13 @@ struct Fault {
     }
 };
 
-/// What a display's output framebuffer does to the colours that it shows, behind the averaging: a table that the host
-/// makes from gains and gamma, or reads from a file (section 2 of the paper).
+/// What a display's output framebuffer does to colours after the averaging: a table that the host makes from gains and
+/// gamma, or reads from a file (section 2 of the paper).
 struct DisplayCorrection {
     int display = 0;                                        ///< from 1
     double gain[ColourTable::kChannels] = {1.0, 1.0, 1.0};  ///< of R, G, B
     double gamma = 1.0;
-    /// Instead of gain and gamma, and where it was read from; no file if it was made in memory.
+    /// Instead of gain and gamma: the table and its file, which a table made in memory does not have.
     std::shared_ptr<const ColourTable> lut = nullptr;
     std::filesystem::path lut_file = std::filesystem::path();
 
@@ -202,7 +202,7 @@ constexpr double mhz_of_refresh(double refresh_hz, const DviTiming& timing) {
     return refresh_hz * static_cast<double>(timing.frame_clocks()) / 1.0e6;
 }
 
-/// A clock's period in whole picoseconds, rounded to nearest: the one place where MHz become time.
+/// A clock's period in whole picoseconds, rounded to nearest. All code that turns MHz into time calls it.
 constexpr std::int64_t clock_period_picoseconds(double mhz) {
     // NOLINTNEXTLINE(bugprone-incorrect-roundings): positive, and lround is not constexpr
     return static_cast<std::int64_t>(1.0e6 / mhz + 0.5);
@@ -224,7 +224,7 @@ struct MemoryConfig {
     std::optional<int> given_activate_cycles;
 
     constexpr int activate_cycles() const { return page_miss_cycles - precharge_cycles; }
-    /// Banks count the clocks from a precharge to an activate, and from an activate to a read or write. Without
+    /// The memory keeps the times from precharge to activate and from activate to read or write, bank by bank. Without
     /// precharge_cycles a page miss is only a delay, and a page counts as open from its activate on.
     constexpr bool times_banks() const { return precharge_cycles > 0; }
     constexpr bool refreshes() const { return refresh_cycles > 0; }
@@ -233,7 +233,7 @@ struct MemoryConfig {
     constexpr std::int64_t device_words(std::int64_t image_words) const {
         return (image_words + page_words - 1) / page_words * page_words;
     }
-    /// Words from the first one to the last that an image may have.
+    /// Words of the memory of one image; with shared ports, of both.
     constexpr std::int64_t memory_words(std::int64_t image_words) const {
         return shared() ? device_words(image_words) + image_words : image_words;
     }
@@ -253,7 +253,7 @@ struct BusConfig {
     SlotTableMaker slot_table = SlotTableMaker::kHost;
     int register_stages = 0;  ///< registers on the way to the composers, and as many on the way back
 
-    /// Proofs hold only for an arbiter that answers at once and whose table is there when the frame begins.
+    /// The arbiter does not answer at once, or makes its slot table after the frame has begun: nothing is proved of it.
     constexpr bool arbiter_takes_time() const {
         return grant_cycles > 0 || slot_table == SlotTableMaker::kBuilt;
     }
@@ -296,15 +296,15 @@ constexpr int idle_bus_bits(int width_bits, int words_per_cycle) {
 constexpr int cycles_per_beat(const BusConfig& bus) {
     return bus.width_bits < kPixelBits ? kPixelBits / bus.width_bits : 1;
 }
-/// Core clocks by which a beat reaches the composers later than it would with neither read latency nor registers.
+/// Core clocks that read latency and registers add to the way of a beat to the composers.
 constexpr int bus_delay_cycles(const BusConfig& bus, const MemoryConfig& memory) {
     return memory.read_latency_cycles + bus.register_stages;
 }
-/// The same for the way from a beat to the input framebuffer's reading of its composer's answer.
+/// Core clocks that they add to the loop from a beat to its composer's answer, read by the input framebuffer.
 constexpr int bus_loop_cycles(const BusConfig& bus, const MemoryConfig& memory) {
     return bus_delay_cycles(bus, memory) + bus.register_stages;
 }
-/// Core clocks from a BUSREADY that ends a burst to the last beat that may come of it.
+/// Core clocks from the fall of BUSREADY that ends a burst to the last beat that may still come of the burst.
 constexpr int busready_cut_cycles(const BusConfig& bus, const MemoryConfig& memory) {
     return 1 + bus_loop_cycles(bus, memory);
 }
@@ -317,7 +317,7 @@ constexpr int beats_in_flight(const BusConfig& bus, const MemoryConfig& memory) 
 constexpr int in_flight_pixels(const BusConfig& bus, const MemoryConfig& memory) {
     return beats_in_flight(bus, memory) * pixels_per_beat(bus, memory);
 }
-/// The ready space if none is given: one burst, but at least what can be in flight.
+/// The ready space if none is given: one burst, at least in_flight_pixels().
 constexpr int default_ready_space_pixels(const BusConfig& bus, const MemoryConfig& memory) {
     return std::max(bus.burst_pixels, in_flight_pixels(bus, memory));
 }
@@ -347,7 +347,7 @@ struct Renderer {
     const RendererFrame& frame_of_pair(std::uint32_t pair) const {
         return frames[std::min<std::size_t>(pair, frames.size() - 1)];
     }
-    /// Its pixels are read if they are not in memory: throws what StoredImage::pixels() throws.
+    /// Throws what StoredImage::pixels() throws.
     const PixelImage& image_of_pair(std::uint32_t pair) const {
         return images[frame_of_pair(pair).image]->pixels();
     }

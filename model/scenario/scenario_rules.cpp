@@ -268,7 +268,7 @@ bool clash(const Fault& one, const Fault& other) {
     };
     if (changed_byte(one) >= 0 && changed_byte(one) == changed_byte(other)) return true;
     if (one.kind != other.kind || one.kind == FaultKind::kControlByte) return false;
-    if (fault_traits(one.kind).place == FaultPlace::kCharacters) {
+    if (fault_traits(one.kind).location == FaultLocation::kCharacters) {
         return one.channel == other.channel && one.at_line == other.at_line && one.at_clock == other.at_clock;
     }
     return one.kind != FaultKind::kPixelBits || (one.x == other.x && one.y == other.y);
@@ -342,7 +342,7 @@ void check_faults(RuleCheck& check, const Scenario& scenario) {
 
 /// Checks a fault's position in the frame, and a reset's length: the image's size, and with it the link's clock, is
 /// known now.
-void check_fault_places(RuleCheck& check, const Scenario& scenario) {
+void check_fault_locations(RuleCheck& check, const Scenario& scenario) {
     for (std::size_t i = 0; i < scenario.faults.size(); ++i) {
         const Fault& fault = scenario.faults[i];
         const Renderer& renderer = scenario.renderers[static_cast<std::size_t>(fault.renderer)];
@@ -488,7 +488,7 @@ std::optional<RuleViolation> renderers_violation(const Scenario& scenario) {
             if (!check.failed()) check_slots(check, renderer, frame, frame_path);
         }
     }
-    if (!check.failed()) check_fault_places(check, scenario);
+    if (!check.failed()) check_fault_locations(check, scenario);
     return std::move(check).result();
 }
 

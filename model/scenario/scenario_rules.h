@@ -16,7 +16,7 @@ struct RuleViolation {
 /// What is wrong with a range of depths whose ends are the same.
 std::string same_depths(double depth);
 
-/// The first rule that a scenario breaks, leaving out its images and what has to fit them.
+/// The first rule that a scenario breaks, apart from those about its images.
 std::optional<RuleViolation> settings_violation(const Scenario& scenario);
 
 /// The first rule that its images, tables and viewports break.

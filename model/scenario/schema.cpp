@@ -105,12 +105,12 @@ std::string ValueRule::complaint(const KeyValue& value) const {
 
 Schema::Schema(std::string empty_message, std::vector<SchemaKey> keys)
     : empty_message_(std::move(empty_message)), keys_(std::move(keys)) {
-    for (std::size_t i = 0; i < keys_.size(); ++i) places_.emplace(keys_[i].pattern, i);
+    for (std::size_t i = 0; i < keys_.size(); ++i) index_.emplace(keys_[i].pattern, i);
 }
 
 const SchemaKey* Schema::find(std::string_view pattern) const {
-    const auto found = places_.find(pattern);
-    return found == places_.end() ? nullptr : &keys_[found->second];
+    const auto found = index_.find(pattern);
+    return found == index_.end() ? nullptr : &keys_[found->second];
 }
 
 bool Schema::is_key_of(std::string_view map_pattern, std::string_view key) const {

@@ -61,7 +61,7 @@ struct ValueRule {
     std::string complaint(const KeyValue& value) const;
 };
 
-/// One place of a file. A list's entries are written "[]": `renderers[].frames[].viewport.x`.
+/// One key of a file. A list's entries are written "[]": `renderers[].frames[].viewport.x`.
 struct SchemaKey {
     const char* pattern = "";
     KeyShape shape = KeyShape::kScalar;
@@ -73,7 +73,7 @@ struct SchemaKey {
     bool may_be_one = false;    ///< of a list: a single entry may stand without one
 };
 
-/// Every place that a kind of YAML file has, the one list that its reader, overrides and documentation use.
+/// Every key that a kind of YAML file has: the one list for its reader, overrides and documentation.
 class Schema {
   public:
     /// `keys` begins with the empty pattern, the file itself. `empty_message` is the message for an empty file.
@@ -82,7 +82,7 @@ class Schema {
     const std::vector<SchemaKey>& keys() const { return keys_; }
     const std::string& empty_message() const { return empty_message_; }
 
-    /// The place of that pattern, or null.
+    /// The key of that pattern, or null.
     const SchemaKey* find(std::string_view pattern) const;
     /// Whether a map may hold the key.
     bool is_key_of(std::string_view map_pattern, std::string_view key) const;
@@ -90,15 +90,15 @@ class Schema {
     std::vector<std::string> keys_of(std::string_view map_pattern) const;
     /// The patterns that end in a key: not those of lists' entries, nor the file itself.
     std::vector<std::string> paths() const;
-    /// What to say about a key that the map does not know: the path of the nearest known one. A key that is known
-    /// elsewhere is named with the path where it belongs, unless one of this map is nearly the same.
+    /// The path of the key that was probably meant by one that the map does not know: the nearest of the map, or the same
+    /// key elsewhere in the file, unless one of the map is nearly the same.
     std::string nearest_key(std::string_view map_pattern, std::string_view map_path,
                             std::string_view key) const;
 
   private:
     std::string empty_message_;
     std::vector<SchemaKey> keys_;
-    std::unordered_map<std::string_view, std::size_t> places_;  ///< into keys_, by pattern
+    std::unordered_map<std::string_view, std::size_t> index_;  ///< into keys_, by pattern
 };
 
 /// "bus" and "width_bits" to "bus.width_bits".

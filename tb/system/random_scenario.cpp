@@ -208,7 +208,7 @@ FaultKind random_frame_fault(Random& random) {
     static const std::vector<FaultKind> kinds = [] {
         std::vector<FaultKind> result;
         for (const FaultTraits& traits : kFaultKinds) {
-            if (traits.place == FaultPlace::kFrame) result.push_back(traits.value);
+            if (traits.location == FaultLocation::kFrame) result.push_back(traits.value);
         }
         return result;
     }();

@@ -69,7 +69,7 @@ TEST_CASE("random scenarios cover what a scenario may be", "[system]") {
     std::array<int, kRowDefectCount> defects{};
     std::map<FaultKind, int> faults;
     for (const FaultTraits& traits : kFaultKinds) {
-        if (traits.place == FaultPlace::kFrame) faults[traits.value] = 0;
+        if (traits.location == FaultLocation::kFrame) faults[traits.value] = 0;
     }
     std::array<int, kArbitrationTable.size()> arbitrations{};
     for (std::uint64_t seed = 1; seed <= kBatches * kMachinesPerBatch; ++seed) {

@@ -58,7 +58,7 @@ TEST_CASE("corrections: gains, gamma and tables are read for the displays that t
     CHECK(fixture.parse(with_corrections("[]")).displays.correction.empty());
 }
 
-TEST_CASE("corrections: what is wrong is said on one line with its place", "[scenario]") {
+TEST_CASE("corrections: what is wrong is said on one line with file and line", "[scenario]") {
     const ScenarioFixture fixture;
     const auto error = [&fixture](const std::string& corrections) {
         return fixture.error(with_corrections(corrections));

@@ -17,7 +17,8 @@ Scenario machine_of(int image_width_pixels, int image_height_pixels, int link_ti
 }
 
 TEST_CASE(
-    "derived timing: the watchdog waits for the slowest link and for a reset, or as long as it is told") {
+    "derived timing: the watchdog waits for the slowest link and for a reset, or as long as the scenario "
+    "says") {
     const Scenario quick = machine_of(32, 24, 2);
     const Scenario patient = machine_of(32, 24, 50);
     const auto timeout_picoseconds = [](const Scenario& scenario) {

@@ -93,7 +93,7 @@ TEST_CASE("every key of a fault goes with some kind, and every kind has what it 
             has_when = has_when || std::string(use.key->name()) == when;
         }
         CHECK(has_when);
-        CHECK(kind.only_at_level_rtl() == (kind.place != FaultPlace::kFrame));
+        CHECK(kind.only_at_level_rtl() == (kind.location != FaultLocation::kFrame));
     }
 }
 
