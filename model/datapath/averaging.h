@@ -8,15 +8,14 @@
 namespace metabuffer {
 
 /// The last step of supersampling (section 7 of the paper): averages each block of s x s raster pixels to one display
-/// pixel, each channel (sum + s*s/2) >> (2 log2 s). Raster pixels arrive in raster order; the display pixel is complete
-/// with the last pixel of its block. State: one row of channel sums.
+/// pixel, each channel (sum + s*s/2) >> (2 log2 s). Raster pixels come in raster order, and the last one of a block
+/// completes its display pixel. State: one row of channel sums.
 class Averager {
   public:
     /// supersample is 1, 2 or 4.
     Averager(int display_width_pixels, int supersample);
 
-    /// Takes the next raster pixel. True when it completes a display pixel, which `colour` then holds as
-    /// 0xRRGGBB.
+    /// Adds the next raster pixel. True if it completes a display pixel; `colour` is then that pixel, 0xRRGGBB.
     bool push(Pixel pixel, std::uint32_t& colour);
 
     /// Starts a new frame.

@@ -7,7 +7,7 @@
 
 namespace metabuffer {
 
-/// The step behind the averaging (section 2 of the paper): each channel of a colour, 0xRRGGBB, is looked up in its table.
+/// The step after the averaging (section 2 of the paper): each channel of a colour, 0xRRGGBB, is looked up in its table.
 inline std::uint32_t corrected(const ColourTable& table, std::uint32_t colour) {
     const auto& [red, green, blue] = table.channels();
     return (std::uint32_t{red[(colour >> 16) & 0xFFU]} << 16) |

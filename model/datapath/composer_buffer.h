@@ -9,8 +9,8 @@
 
 namespace metabuffer {
 
-/// Number of addresses of the memory for a buffer of so many pixels: a power of two, and so many that the consecutive
-/// words of a beat lie in different banks.
+/// Number of addresses of the memory for a buffer of so many pixels: a power of two, and enough that the consecutive
+/// words of a beat lie in different block RAMs.
 constexpr int buffer_addresses(int capacity_pixels) {
     int addresses = 16;
     while (addresses < capacity_pixels) {
@@ -24,18 +24,25 @@ constexpr int buffer_address(std::int64_t base_address, std::int64_t k, int addr
     return static_cast<int>((base_address + k) & (std::int64_t{addresses} - 1));
 }
 
-/// How many addresses one lies behind another.
+/// How many addresses `to` lies after `from`.
 constexpr int addresses_behind(int from, int to, int addresses) { return (to - from) & (addresses - 1); }
 
-/// Where a composer's pixels are in its local memory (section 5.2 of the paper): a queue of the segment's pixels with a
-/// moving window, since a replicated source row is read again until its last repetition. It keeps up to two frames
-/// apart: the one that is being composited, or is next, and the one after it, which the bus may already carry. A frame
-/// whose table did not come, or not to its end, is known too: it is composited in its turn, abandoned and without a
-/// segment.
+/// The account of a composer's local memory (section 5.2 of the paper): a queue of the segment's pixels with a moving
+/// window, since a replicated source row is read again until its last repetition.
 ///
 /// Pixels arrive in the order of their index k and are addressed by it. Pixel k is held from its arrival until it is
 /// released; a pixel that arrives after its release is dropped. The buffer never holds more than its capacity: push()
 /// on a full buffer throws std::logic_error, since the bus has then broken its protocol.
+///
+/// Frames count from 0, in the order of the bus. frames_heard() of them are known, frames_composited() of these are over:
+///
+/// | frame | what it is |
+/// | --- | --- |
+/// | kept | its table has begun; up to two are kept. An abandoned one has lost pixels or rows: none of it is used |
+/// | missed | known, but its table did not come: it is composited in its turn, abandoned, without a segment or room |
+/// | head | the oldest known frame that is not over, kept or missed: the one that the pipeline composites |
+/// | newest | the newest kept frame: the one that the bus sends |
+/// | ended | the newest frame, once it is over before all its pixels have come: the bus may still send it |
 class ComposerBuffer {
   public:
     static constexpr int kFrames = 2;
@@ -46,16 +53,15 @@ class ComposerBuffer {
 
     // ---- the bus side ----
 
-    /// Another frame may come: fewer than two known frames are not composited to their end.
+    /// Fewer than two known frames are not over, so another may come.
     bool wants_frame() const { return frames_heard_ - frames_composited_ < kFrames; }
-    /// There is room for another frame's table. A missed frame needs no room, so there may be room for a frame that was
-    /// not wanted.
+    /// There is room to keep another frame. A missed frame takes none, so this may hold without wants_frame().
     bool can_begin_frame() const { return frames_ < kFrames; }
-    /// Frames known so far, begun or missed.
+    /// Frames known so far, kept or missed.
     int frames_heard() const { return frames_heard_; }
-    /// A new table starts: until a row comes, the frame has no segment here.
+    /// The next frame's table begins: until its row comes, the frame has no segment here.
     void begin_frame();
-    /// The next frame has begun and its table will not come.
+    /// The next frame is missed.
     void miss_frame();
     /// The table's row for this composer.
     void set_row(const ViewportRow& row);
@@ -65,48 +71,46 @@ class ComposerBuffer {
     bool table_open() const { return frames_ > 0 && !newest().table_complete; }
     /// The newest frame's table is open, and rows of it will not come.
     void lose_table();
-    /// The newest known frame was missed or its table was lost: its pixels are dropped.
+    /// The last known frame was missed or its table was lost: its pixels are dropped.
     bool table_lost() const { return table_lost_; }
-    // Pixels are those of the newest frame, even if that is over before all of them have come.
 
-    /// The next pixel of the segment has come, to be written to write_address(). False if it was dropped: it came too
-    /// late, or its frame is abandoned.
+    // Pixels that come are the newest frame's, or the ended frame's.
+
+    /// The next pixel has come, to be written to write_address(). False if it was dropped: it came too late, or its frame
+    /// is abandoned.
     bool push();
     int write_address() const { return write_address_; }
-    /// Index in its segment of the pixel that push() takes next; none if no frame's pixels are to come.
+    /// Index in its segment of the pixel that comes next; none if no pixel is to come.
     std::optional<std::int64_t> next_pixel() const;
     /// push() would keep the next pixel.
     bool keeps_next() const { return next_pixel().has_value() && keeps(receiving(), receiving().arrived); }
-    /// What push() drops belongs to a frame that is abandoned.
+    /// The next pixel is one of an abandoned frame.
     bool abandoning() const { return next_pixel().has_value() && receiving().abandoned; }
     /// Pixels that have not come yet.
     std::int64_t missing_pixels() const;
-    /// The next `count` pixels will not come. Unless it is over, the rest of their frame is abandoned: none of it is
-    /// kept, and nothing is waited for.
+    /// The next `count` pixels will not come. Their frame is abandoned, unless it is over.
     void lose(std::int64_t count);
 
-    // ---- the pipeline side: the oldest frame ----
+    // ---- the pipeline side: the head frame ----
 
-    /// There is a known frame that is not composited to its end.
     bool has_frame() const { return frames_heard_ > frames_composited_; }
-    /// The oldest frame's table is known to its end, or will not come.
+    /// Its table is known to its end, or will not come.
     bool table_complete() const { return missed() || (frames_ > 0 && head().table_complete); }
     bool has_segment() const { return frames_ > 0 && head().has_segment && !missed(); }
     const Segment& segment() const { return head().segment; }
-    /// Every pixel of the oldest frame's segment has arrived, or is not waited for.
+    /// Every pixel of its segment has arrived, or will not come.
     bool segment_complete() const { return !has_segment() || head().abandoned || head().whole(); }
-    /// Pixels of the oldest frame, or of its table, were lost on the bus.
     bool abandoned() const { return missed() || (frames_ > 0 && head().abandoned); }
-    /// How many pixels of it have arrived.
     std::int64_t arrived_pixels() const { return head().arrived; }
     bool has_arrived(std::int64_t k) const { return k < head().arrived; }
-    /// The storage address of its pixel 0.
+    /// The address of its pixel 0.
     std::int64_t base_address() const { return head().base_address; }
-    /// The oldest frame is being composited: its pixels that are not needed at all before the first are released.
+
+    /// Its compositing begins: leading pixels that no raster position needs are released.
     void start_frame();
     /// Pixel k has been used for the last time: it and all before it are released.
     void release_through(std::int64_t k);
-    /// The oldest frame has been composited.
+    /// It is over.
     void end_frame();
 
     int capacity_pixels() const { return capacity_; }
@@ -154,7 +158,7 @@ class ComposerBuffer {
         bool whole() const { return !has_segment || arrived == segment.pixels(); }
     };
 
-    /// The oldest frame is one whose table did not come, and not the oldest kept one.
+    /// The head frame is a missed one.
     bool missed() const { return frames_composited_ != (frames_ > 0 ? head().number : frames_heard_); }
 
     static bool keeps(const Frame& frame, std::int64_t k) { return k >= frame.released && !frame.abandoned; }
@@ -163,7 +167,7 @@ class ComposerBuffer {
     Frame& head() { return frame_[head_]; }
     const Frame& newest() const { return frame_[(head_ + frames_ - 1) % kFrames]; }
     Frame& newest() { return frame_[(head_ + frames_ - 1) % kFrames]; }
-    /// The frame that the bus sends.
+    /// The frame whose pixels come next.
     const Frame& receiving() const { return receiving_ended_frame_ ? ended_ : newest(); }
     Frame& receiving() { return receiving_ended_frame_ ? ended_ : newest(); }
 
@@ -175,9 +179,9 @@ class ComposerBuffer {
     Frame frame_[kFrames];
     Frame ended_;  ///< while receiving_ended_frame_: the frame that is over
     int head_ = 0;
-    int frames_ = 0;             ///< kept
-    int frames_heard_ = 0;       ///< begun or missed
-    int frames_composited_ = 0;  ///< to their end
+    int frames_ = 0;             ///< kept now
+    int frames_heard_ = 0;       ///< known so far, kept or missed
+    int frames_composited_ = 0;  ///< over
     bool table_lost_ = false;
     bool receiving_ended_frame_ = false;  ///< pixels of a frame that is over may still arrive
     int held_ = 0;
@@ -188,7 +192,8 @@ class ComposerBuffer {
 struct RasterStep {
     std::int64_t pixel = 0;
     // Of a smoothed segment: the pixels that are mixed here besides.
-    std::int32_t across = 0;  ///< from a pixel of this source row to that of the other one; 0: none
+    std::int32_t across =
+        0;  ///< from a pixel of this source row to the one in the other row; 0: no other row
     std::int32_t beside = 0;  ///< -1: the pixel before; 1: the one after; 0: neither
     std::uint8_t weight_x = 0;
     std::uint8_t weight_y = 0;
@@ -196,7 +201,7 @@ struct RasterStep {
     bool covered = false;   ///< the segment shows here; else all but `last` is 0
     bool replayed = false;  ///< its source row is shown for the second time or a later one
 
-    /// As Segment::window_at and newest_at; only where covered.
+    /// As Segment::window_at and Segment::newest_at; only where covered.
     BlendWindow<std::int64_t> window() const;
     std::int64_t newest() const { return pixel + (across > 0 ? across : 0) + (beside > 0 ? 1 : 0); }
 
@@ -281,8 +286,7 @@ class SegmentWalker {
     int bottom_ = 0;
     int multiple_ = 1;
     int source_width_ = 0;
-    int start_column_ =
-        0;  ///< of the source, at the raster's left; 1 if the first one lies beside the raster
+    int start_column_ = 0;  ///< source column at the raster's left: 1 if column 0 lies beside the raster
     int start_column_phase_ = 0;  ///< repetitions of that source column that lie left of the raster
     int first_row_phase_ = 0;     ///< the same for the current source row and the raster's top
     int x_ = 0;

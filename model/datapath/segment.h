@@ -13,15 +13,15 @@ constexpr std::int64_t most_segment_pixels(int raster_width_pixels, int raster_h
     return (raster_width_pixels + std::int64_t{2}) * (raster_height_pixels + std::int64_t{2});
 }
 
-/// Index arithmetic of one composer's segment on its display's raster (section 5.2 of the paper). Pixel k of the
-/// segment, counted in its raster order, is needed from its first use to its last. That is one raster position with
-/// dmultiple = 1, otherwise a block that is read row after row from the moving window. Positions on the raster are
-/// counted in raster order from 0. The row must be valid for the raster (see validate_table).
+/// Index arithmetic of one composer's segment on its display's raster (section 5.2 of the paper). The segment's pixels k
+/// and the raster's positions count from 0 in raster order. Pixel k is needed from its first use to its last: at one
+/// position with dmultiple = 1, otherwise in a block of positions. The row must be valid for the raster (see
+/// validate_table).
 ///
-/// With smoothing a raster pixel is mixed of up to four pixels, so a pixel is also needed in the half blocks around its
-/// own one (smoothing_reach). Pixels come and are released in order. So a position waits for the newest of its pixels,
-/// and a pixel is released with the last use of those before it. The outermost source lines may lie beside the raster,
-/// and then need not be used at all: rows above are released at the frame's start, others as if they were cut short.
+/// With smoothing up to four pixels go into a raster pixel, so a pixel is also needed in the half blocks around its own
+/// block (smoothing_reach). Pixels come and are released in order: a position waits for the newest of its pixels, and a
+/// pixel is released with the last use of those before it. Source lines beside the raster may be needed nowhere: rows
+/// above the raster are released at the frame's start, other lines as if the raster had cut them short.
 class Segment {
   public:
     Segment() = default;
@@ -46,10 +46,10 @@ class Segment {
         return std::int64_t{j} * row_.sdx + i;
     }
 
-    /// Raster position that cannot be composited without pixel k and those before it; never() if there is none.
+    /// The first raster position that needs pixel k or a later one; never() if there is none.
     std::int64_t first_use(std::int64_t k) const;
 
-    /// Raster position that releases pixel k; -1 for one that the frame's start releases.
+    /// The raster position that releases pixel k; -1: the frame's start does.
     std::int64_t last_use(std::int64_t k) const;
 
     /// How many pixels of the segment have been released once the frame has started and `position` raster pixels are
@@ -60,18 +60,18 @@ class Segment {
 
     static constexpr std::int64_t kNoPixel = -1;
 
-    /// More than one pixel goes into a raster pixel.
+    /// Several pixels may go into a raster pixel.
     bool smooths() const { return reach_ > 0; }
     int reach() const { return reach_; }
-    /// After the last raster position.
+    /// The position after the raster's last.
     std::int64_t never() const { return std::int64_t{raster_width_} * raster_height_; }
-    /// Pixels that no raster pixel needs, of a source row above the raster: the frame's start releases them.
+    /// Pixels of source rows above the raster that no raster pixel needs: the frame's start releases them.
     std::int64_t skipped_pixels() const { return std::int64_t{skipped_rows_} * row_.sdx; }
     /// Some pixels are not needed by any raster pixel.
     bool has_unused_pixels() const;
-    /// The pixels that go into a raster pixel that the segment covers; kNoPixel for a neighbour that is not there.
+    /// The pixels that go into a covered raster pixel; kNoPixel for a neighbour that is not there.
     BlendWindow<std::int64_t> window_at(int x, int y) const;
-    /// The newest pixel that a raster position that the segment covers needs.
+    /// The newest pixel that a covered raster position needs.
     std::int64_t newest_at(int x, int y) const;
 
     /// A half-open range of raster columns or rows.

@@ -81,32 +81,32 @@ std::vector<int> equal_slot_table(const ViewportTable& rows, int /*limit_slots*/
     return table;
 }
 
-std::vector<int> places_of_rows(const ValidatedTable& table) {
-    std::vector<int> places;
+std::vector<int> sent_indices(const ValidatedTable& table) {
+    std::vector<int> indices;
     auto dropped = table.rejected.begin();
-    for (int place = 0; places.size() < table.rows.size(); ++place) {
-        if (dropped != table.rejected.end() && dropped->index == place) {
+    for (int index = 0; indices.size() < table.rows.size(); ++index) {
+        if (dropped != table.rejected.end() && dropped->index == index) {
             ++dropped;
         } else {
-            places.push_back(place);
+            indices.push_back(index);
         }
     }
-    return places;
+    return indices;
 }
 
-std::optional<std::vector<int>> judge_slots(const std::vector<int>& places, const ValidatedTable& table) {
+std::optional<std::vector<int>> judge_slots(const std::vector<int>& indices, const ValidatedTable& table) {
     const std::size_t sent = table.rows.size() + table.rejected.size();
-    if (places.size() > static_cast<std::size_t>(most_slots(static_cast<int>(sent)))) return std::nullopt;
+    if (indices.size() > static_cast<std::size_t>(most_slots(static_cast<int>(sent)))) return std::nullopt;
     constexpr int kDropped = -1;
     std::vector<int> row_of(sent, kDropped);
     int standing = 0;
-    for (const int place : places_of_rows(table)) row_of[static_cast<std::size_t>(place)] = standing++;
+    for (const int index : sent_indices(table)) row_of[static_cast<std::size_t>(index)] = standing++;
     std::vector<bool> has_slot(table.rows.size(), false);
     std::vector<int> slots;
-    slots.reserve(places.size());
-    for (const int place : places) {
+    slots.reserve(indices.size());
+    for (const int index : indices) {
         const int row =
-            static_cast<std::size_t>(place) < sent ? row_of[static_cast<std::size_t>(place)] : kDropped;
+            static_cast<std::size_t>(index) < sent ? row_of[static_cast<std::size_t>(index)] : kDropped;
         if (row == kDropped) return std::nullopt;
         has_slot[static_cast<std::size_t>(row)] = true;
         slots.push_back(row);

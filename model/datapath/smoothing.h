@@ -57,7 +57,7 @@ class BlendCounter {
     int side() const { return 2 * phase_ + 1 < multiple_ ? -1 : (2 * phase_ + 1 > multiple_ ? 1 : 0); }
     int phase() const { return phase_; }
 
-    /// The next raster pixel, in the next block after the last one of this.
+    /// Goes to the next raster pixel; after a block's last comes the next block's first.
     void step() {
         if (++phase_ == multiple_) {
             phase_ = 0;  // as far from its block's centre
@@ -75,7 +75,7 @@ class BlendCounter {
                 remainder_ -= multiple_;
                 ++weight_;
             }
-        }  // else from one half of an even block to the other
+        }  // else: across the centre of an even block, nothing changes
     }
 
     /// Calls see(name, value, largest value) for each register, or with the smallest value too.

@@ -17,15 +17,14 @@ struct PixelSpan {
     const std::uint32_t* z = nullptr;
 };
 
-/// What a composer has in its buffer once both frames of a pair have come over the link: the colour half of one image's
-/// words and the depth half of another's (the same image, unless frames of two pairs were mixed). The images must be of
-/// one size.
+/// What the link leaves of a pair: the colour half of one image's words and the depth half of another's. They are one
+/// image, unless frames of two pairs were mixed. Both have one size.
 PixelPlanes planes_after_link(const PixelImage& colour, const PixelImage& depth, DepthFormat format);
 
 /// Fills `count` pixels with one.
 void fill_span(Pixel pixel, std::uint32_t* argb, std::uint32_t* z, std::size_t count);
 
-/// Composites `count` local pixels with the upstream ones that (argb, z) hold, in place.
+/// Composites `count` local pixels with the upstream ones in (argb, z), which the results replace.
 void compose_span(Composition composition, PixelSpan local, std::uint32_t* argb, std::uint32_t* z,
                   std::size_t count);
 
@@ -35,7 +34,7 @@ void replicate_span(PixelSpan source, int multiple, int skip, std::uint32_t* arg
                     std::size_t count);
 
 /// What the raster pixels of a row are mixed of: each one's own source pixel, the one beside it, the one across in the
-/// other source row, and the one that is both. Where there is none, its own pixel stands in its place.
+/// other source row, and the one that is both. A neighbour that is not there is the own pixel again.
 struct BlendSpans {
     PixelSpan own;
     PixelSpan beside;

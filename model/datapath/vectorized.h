@@ -2,12 +2,12 @@
 
 #include <cstddef>  // brings in the C library's own macros
 
-/// METABUFFER_VECTORIZED, before the definition of a function: compile it for the baseline processor and once
-/// more for one with wider vectors, and let the loader pick. The function must have internal linkage; what it
-/// calls must be inlined (METABUFFER_INLINE), for only then does it get the wider vectors too.
+/// METABUFFER_VECTORIZED, before the definition of a function: compiles the function for the baseline processor and for
+/// one with wider vectors; the loader chooses. The function must have internal linkage, and functions that it calls must
+/// be inlined (METABUFFER_INLINE) to get the wider vectors too.
 ///
-/// A file that uses it is to be compiled without link-time optimization, which Clang breaks on. The loader
-/// picks before the sanitizers have set themselves up, so they do without.
+/// Compile a file that uses it without link-time optimization, which fails with Clang. Under sanitizers there is one
+/// version only, since the loader chooses before they are set up.
 #if defined(__has_feature)
 #if __has_feature(address_sanitizer) || __has_feature(memory_sanitizer) || \
     __has_feature(thread_sanitizer) || __has_feature(undefined_behavior_sanitizer)

@@ -2,8 +2,7 @@
 
 namespace metabuffer {
 
-/// What a beat of a renderer's bus says besides its pixels, in bits: the pins besides the data pins
-/// (docs/replacing-a-block.md).
+/// The pins of a renderer's bus besides the data pins, by what a beat says on them (docs/replacing-a-block.md).
 struct BusSideBand {
     static constexpr int kKindBits = 2;
     static constexpr int kLastBits = 1;

@@ -6,9 +6,8 @@
 
 namespace metabuffer {
 
-/// What becomes of each value of R, G and B behind the averaging of an output framebuffer: a table of 256 values a
-/// channel. So the colours of displays can be made to match where tiles meet (section 2 of the paper). It is made
-/// whole and does not change.
+/// What becomes of each value of R, G and B after the averaging of an output framebuffer: a table of 256 values a channel,
+/// which never changes. It lets the colours of displays match where tiles meet (section 2 of the paper).
 class ColourTable {
   public:
     static constexpr std::size_t kChannels = 3;

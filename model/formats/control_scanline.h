@@ -50,7 +50,7 @@ class ScanlineOverflow : public std::runtime_error {
 /// Bytes that the content takes in the scanline.
 std::size_t control_scanline_bytes(const ControlScanline& content);
 
-/// Bytes of payload for which a scanline of so many pixels has room besides a table of no rows; 0 if it is too narrow.
+/// Bytes of payload that fit into a scanline of so many pixels with an empty table; 0 if it is too narrow.
 std::size_t payload_room_bytes(int width_pixels);
 
 /// The scanline as link pixels (0xRRGGBB), zero after the content. Throws ScanlineOverflow with a message that names

@@ -23,7 +23,7 @@ struct DepthLayout {
     /// Also the far plane.
     constexpr std::uint32_t z_mask() const { return (1U << z_bits) - 1U; }
     constexpr std::uint32_t alpha_mask() const { return (1U << alpha_bits) - 1U; }
-    /// What a receiver adds to the alpha that it got.
+    /// What a receiver adds to the alpha from the link: 255 if the format has none.
     constexpr std::uint32_t opaque_alpha() const { return 0xFFU & ~alpha_mask(); }
     constexpr bool has_alpha() const { return alpha_bits > 0; }
 

@@ -32,7 +32,7 @@ struct ImageReading {
     DepthIntegers integers = DepthIntegers::kScaled;
     DepthBits bits = DepthBits::kChannel;
     ColourEncoding colours = ColourEncoding::kAsIs;
-    /// Samples of Z that mean that nothing is there. They become the far plane.
+    /// Samples of Z where the image is empty. They become the far plane.
     std::vector<double> nothing{};
     bool nan_is_nothing = false;
 

@@ -6,7 +6,7 @@
 
 namespace metabuffer {
 
-/// Pixels with colour and depth apart, as code that works on runs of pixels needs them. Row by row from the top left.
+/// Pixels with colour and depth apart, for code that works on runs of pixels. Row by row from the top left.
 struct PixelPlanes {
     int width_pixels = 0;
     int height_pixels = 0;

@@ -24,16 +24,16 @@ std::size_t slots_in_payload(std::size_t payload_bytes, std::size_t rows) {
     return std::min(bits / slot_bits(rows), kMostPayloadSlots);
 }
 
-std::vector<std::uint8_t> encode_slots(const std::vector<int>& places, std::size_t rows) {
+std::vector<std::uint8_t> encode_slots(const std::vector<int>& slots, std::size_t rows) {
     const std::size_t bits = slot_bits(rows);
     std::vector<std::uint8_t> payload{kSlotPayloadMark, static_cast<std::uint8_t>(bits),
-                                      static_cast<std::uint8_t>(places.size() & 0xFFU),
-                                      static_cast<std::uint8_t>(places.size() >> kByteBits)};
-    payload.resize(kSlotPayloadHeaderBytes + bytes_of_bits(places.size() * bits));
+                                      static_cast<std::uint8_t>(slots.size() & 0xFFU),
+                                      static_cast<std::uint8_t>(slots.size() >> kByteBits)};
+    payload.resize(kSlotPayloadHeaderBytes + bytes_of_bits(slots.size() * bits));
     std::size_t at = 0;
-    for (const int place : places) {
+    for (const int slot : slots) {
         for (std::size_t bit = 0; bit < bits; ++bit, ++at) {
-            const unsigned value = (static_cast<unsigned>(place) >> bit) & 1U;
+            const unsigned value = (static_cast<unsigned>(slot) >> bit) & 1U;
             payload[kSlotPayloadHeaderBytes + at / kByteBits] |=
                 static_cast<std::uint8_t>(value << (at % kByteBits));
         }
@@ -47,15 +47,15 @@ std::optional<std::vector<int>> decode_slots(const std::vector<std::uint8_t>& pa
     const std::size_t count = payload[2] | (std::size_t{payload[3]} << kByteBits);
     if (bits < 1 || bits > kMostSlotBits) return std::nullopt;
     if (payload.size() != kSlotPayloadHeaderBytes + bytes_of_bits(count * bits)) return std::nullopt;
-    std::vector<int> places(count, 0);
+    std::vector<int> slots(count, 0);
     std::size_t at = 0;
-    for (int& place : places) {
+    for (int& slot : slots) {
         for (std::size_t bit = 0; bit < bits; ++bit, ++at) {
             const unsigned byte = payload[kSlotPayloadHeaderBytes + at / kByteBits];
-            place |= static_cast<int>(((byte >> (at % kByteBits)) & 1U) << bit);
+            slot |= static_cast<int>(((byte >> (at % kByteBits)) & 1U) << bit);
         }
     }
-    return places;
+    return slots;
 }
 
 }  // namespace metabuffer

@@ -26,13 +26,12 @@ inline constexpr std::array kSmoothingTable{
 };
 static_assert(is_in_order(kSmoothingTable));
 
-/// Source rows that a composer must hold at once; none is kept for later at the multiple 1.
+/// Source rows that a composer must hold at once: none at the multiple 1, where each pixel is used once.
 constexpr int window_rows(Smoothing smoothing, int multiple) {
     return multiple > 1 ? row_of(kSmoothingTable, smoothing).window_rows : 0;
 }
 
-/// Raster pixels on each side of a source pixel's own block that are mixed of it too: those of the blocks beside it
-/// that lie nearer to it than to the block's centre.
+/// How far beyond its own block a source pixel is mixed in, in raster pixels on each side: half of the next block.
 constexpr int smoothing_reach(Smoothing smoothing, int multiple) {
     return smoothing == Smoothing::kBilinear ? multiple / 2 : 0;
 }

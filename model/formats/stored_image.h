@@ -9,8 +9,8 @@
 
 namespace metabuffer {
 
-/// A renderer's image, whose size is known and whose pixels may still be in its file. They are read when they are first
-/// needed, and kept then. Not for two threads at the same time.
+/// A renderer's image of known size. Its pixels are read from their file when they are first needed, and kept. Not for
+/// two threads at the same time.
 class StoredImage {
   public:
     /// Reads the pixels. What it throws reaches the caller of pixels().
@@ -32,7 +32,7 @@ class StoredImage {
     ReadImage read() const { return read_(); }
     /// Whether the pixels are in memory.
     bool is_read() const { return pixels_.has_value(); }
-    /// What became of its depths; nothing before it is read.
+    /// Depths outside of the depth range; none before the image is read.
     const ClampedDepths& clamped() const { return clamped_; }
     /// The wall time that pixels() took to read the image; 0 if it has not read it.
     std::chrono::duration<double> reading_time() const { return reading_time_; }

@@ -12,8 +12,8 @@
 ///
 /// In active pixels a character is a byte: blue, green or red. It has at most five transitions, and the encoder keeps
 /// the ones and zeros of a channel balanced. In blanking it is one of four control characters, which have seven
-/// transitions or more. So a receiver finds the beginning of characters by them. What follows has no clock and raises
-/// nothing; docs/design.md has the link's timing.
+/// transitions or more, so a receiver finds by them where characters begin. Nothing here has a clock; docs/design.md has
+/// the link's timing.
 namespace metabuffer {
 
 using TmdsCharacter = std::uint16_t;
@@ -31,22 +31,22 @@ constexpr int kMostTmdsSkew = 4;
 
 /// Clocks of the link from a pixel at the encoder to its characters on the wire.
 constexpr int kTmdsEncoderClocks = 1;
-/// The same from the characters to the pixel: one to cut words into characters, one for the first register of the line
-/// that removes skew, and the skew.
+/// Clocks from the characters to the pixel: one to cut words into characters, one for the first register of the line
+/// that removes skew, and the largest skew.
 constexpr int kTmdsDecoderClocks = 2 + kMostTmdsSkew;
 constexpr int kTmdsLinkClocks = kTmdsEncoderClocks + kTmdsDecoderClocks;
 
-/// Ones less zeros of a channel's characters since the last control character: never beyond this, either way.
+/// Bound, either way, of a channel's disparity: ones less zeros since the last control character.
 constexpr int kMostTmdsDisparity = 8;
 
 struct TmdsEncoded {
     TmdsCharacter character = 0;
-    int disparity = 0;  ///< with this character
+    int disparity = 0;  ///< this character included
 };
 /// The character of a byte, after characters of that disparity.
 TmdsEncoded encode_tmds(std::uint8_t data, int disparity);
 
-/// The byte that a character stands for. A character that no encoder sends gives some byte, too.
+/// The byte that a character stands for; any byte for a character that no encoder sends.
 constexpr std::uint8_t decode_tmds(TmdsCharacter character) {
     constexpr unsigned kXorBit = 8;
     constexpr unsigned kInvertedBit = 9;
@@ -78,14 +78,14 @@ constexpr bool is_tmds_control(TmdsCharacter character) { return tmds_control_bi
 // ---- where characters begin ----
 
 /// Control characters in a row that show where a channel's characters begin. In a stream that is cut elsewhere, pixels
-/// look like a control character once in a row at the most, and a pause, whose characters are all equal, never does.
+/// never give two control characters in a row, and a pause, whose characters are all equal, gives none.
 constexpr int kTmdsAlignmentRun = 12;
 
-/// The search for the beginning of a channel's characters, in words that are cut anywhere. One phase is tried after the
-/// other, a word each, and kept while it gives control characters.
+/// The search for where a channel's characters begin, in words of ten bits that are cut anywhere. Phases are tried in
+/// turn, each for a word, and longer while it gives control characters.
 struct TmdsAlignment {
     std::uint8_t phase = 0;      ///< bit of a word at which a character begins, 0 to 9
-    bool found = false;          ///< by a run of control characters; until then the phase means nothing
+    bool found = false;          ///< a run of control characters has shown the phase
     std::uint8_t candidate = 0;  ///< the phase that is tried
     std::uint8_t run = 0;        ///< control characters in a row that it has given, up to kTmdsAlignmentRun
 
@@ -117,18 +117,18 @@ constexpr TmdsCharacter tmds_character(TmdsCharacter word, TmdsCharacter next_wo
 /// Characters by which each channel comes after the earliest one, 0 to kMostTmdsSkew.
 using TmdsSkew = std::array<std::uint8_t, kTmdsChannels>;
 
-/// Control characters that must come ahead of a line's first pixel, so that it counts as one.
+/// Control characters that must precede a pixel for it to count as a line's first.
 constexpr int kTmdsPauseBeforeLine = 8;
 
-/// The skew, by the beginning of a line. Bit n of a channel is set if the first character of a line came n characters
-/// ago, 0 to kMostTmdsSkew. Nothing while the earliest channel's came less than kMostTmdsSkew ago, or if that of
-/// another has not come.
+/// The skew, measured where a line begins. Bit n of a channel is set if the first character of a line came n characters
+/// ago, 0 to kMostTmdsSkew. A result only kMostTmdsSkew characters after the earliest channel, if all channels have come.
 std::optional<TmdsSkew> tmds_skew(const std::array<std::uint8_t, kTmdsChannels>& line_starts);
 
 /// What goes wrong with a link's characters, by channel.
 struct TmdsDisturbance {
-    std::array<TmdsCharacter, kTmdsChannels> flips{};     ///< bits of the present characters
-    std::array<std::uint8_t, kTmdsChannels> late_bits{};  ///< 0 to 9: words are cut so much before characters
+    std::array<TmdsCharacter, kTmdsChannels> flips{};  ///< bits of the present characters
+    std::array<std::uint8_t, kTmdsChannels>
+        late_bits{};  ///< 0 to 9: bits from a word's begin to its character's
     std::array<std::uint8_t, kTmdsChannels> late_characters{};  ///< 0 to kMostTmdsSkew
 
     constexpr bool flips_any() const { return (flips[0] | flips[1] | flips[2]) != 0; }

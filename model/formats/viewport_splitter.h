@@ -22,11 +22,11 @@ struct DisplayWall {
     int gap_y_pixels = 0;
 };
 
-/// The host's side of section 5: the table that puts an image of the given size at the viewport, one row per display it
-/// touches. A source pixel that straddles two displays goes to both. Where composers smooth a magnified image, each
-/// row has an apron: a source row and column more on every side on which the image goes on, so that the displays show to
-/// the bit what one large display would. Throws std::invalid_argument if multiple is not
-/// 1..255 or a coordinate of a row does not fit its 16-bit field.
+/// The host's side of section 5: the table that shows an image at the viewport, one row for each display that the image
+/// touches. A source pixel that straddles two displays goes to both. Where composers smooth a magnified image, each row
+/// has an apron: a source row and column more on every side on which the image goes on, so that the displays show to the
+/// bit what one large display would. Throws std::invalid_argument if multiple is not 1..255 or a coordinate of a row does
+/// not fit its 16-bit field.
 ViewportTable split_viewport(const Viewport& viewport, int image_width_pixels, int image_height_pixels,
                              const DisplayWall& wall, Smoothing smoothing = Smoothing::kReplicate);
 

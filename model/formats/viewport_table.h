@@ -47,12 +47,12 @@ struct ViewportLimits {
 /// Why a row is dropped. The order is the order in which the rules are checked; the first that fails counts.
 enum class RowDefect : std::uint8_t {
     kNone,
-    kDisplay,    ///< dcomp is not 1..N
-    kDuplicate,  ///< dcomp is taken by an earlier valid row of the same table
-    kMultiple,   ///< dmultiple is not 1..255
-    kSource,     ///< the source rectangle is empty or leaves the image
-    kDestination,  ///< its first or its last source pixel would not show at all; smoothed, its second or last but one
-    kBuffer,  ///< the composer's buffer could never hold what the row needs
+    kDisplay,      ///< dcomp is not 1..N
+    kDuplicate,    ///< dcomp is taken by an earlier valid row of the same table
+    kMultiple,     ///< dmultiple is not 1..255
+    kSource,       ///< the source rectangle is empty or leaves the image
+    kDestination,  ///< its first or last source pixel would not show; smoothed, its second or last but one
+    kBuffer,       ///< the composer's buffer could never hold what the row needs
 };
 constexpr int kRowDefectCount = 7;
 
@@ -71,8 +71,8 @@ struct ValidatedTable {
     std::vector<RejectedRow> rejected;
 };
 
-/// The smallest buffer with which the row, valid apart from that, cannot wait for ever: room for the source rows that
-/// its composer must hold, and the ready space, without which it would never receive the pixels that let it go on.
+/// The smallest buffer with which a row that is valid otherwise cannot wait for ever: room for the source rows that its
+/// composer must hold, and the ready space, without which the composer would not get its next pixels.
 std::int64_t least_buffer_pixels(const ViewportRow& row, const ViewportLimits& limits);
 
 /// Checks one row alone: every rule except the one about earlier rows.

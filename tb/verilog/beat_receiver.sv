@@ -119,7 +119,7 @@ module beat_receiver #(
   logic [ADDRESS_BITS-1:0] base[2];    // address of the segment's pixel 0
   logic        head;
   logic [1:0]  frames;
-  logic [31:0] heard;                  // number of the frame that is to begin next
+  logic [31:0] frames_heard;                  // number of the frame that is to begin next
   logic [31:0] composited;             // number of the frame that is composited or is next to be
   logic        table_lost;             // of the newest frame: its pixels are dropped
   logic [15:0] next_row;               // index of the table row that must come next
@@ -131,7 +131,7 @@ module beat_receiver #(
 
   // A frame whose table did not come is composited in its turn, abandoned and without a segment.
   logic head_missed;
-  assign head_missed = composited != (frames != 2'd0 ? number[head] : heard);
+  assign head_missed = composited != (frames != 2'd0 ? number[head] : frames_heard);
   assign head_segment_o = frames != 2'd0 && has_segment[head] && !head_missed;
   assign head_abandoned_o = head_missed || (frames != 2'd0 && abandoned[head]);
   assign left_o = left[head];
@@ -245,7 +245,7 @@ module beat_receiver #(
   // A beat's frame number shows what was sent before its frame, and its index what was sent of its frame.
   logic beat, begins, goes_back, too_many, follows, newer, table_open, row_beat, taking_row, losing_table;
   logic signed [31:0] ahead;  // frames after the newest that is known
-  logic [31:0] missed_count, heard_1;
+  logic [31:0] missed_count, frames_heard_1;
   logic table_lost_1;
   logic beginning, table_ends;
   logic own_beat, dropping, in_order, keeping, losing, nothing_due, overfull;
@@ -271,14 +271,14 @@ module beat_receiver #(
 
     beat = bus_kind_i != BUS_NONE;
     begins = bus_kind_i == BUS_FRAME_START;
-    ahead = $signed(bus_frame_i - heard + 32'd1);
+    ahead = $signed(bus_frame_i - frames_heard + 32'd1);
     goes_back = beat && (ahead < 0 || ahead > MOST_FRAMES_AHEAD || (begins && ahead == 0));
     too_many = begins && !goes_back && frames_1 == 2'd2;
     if (goes_back) error_next = ERROR_FRAME;
     if (too_many) error_next = ERROR_TABLES;
     follows = beat && !goes_back && !too_many;
     newer = follows && ahead > 0;
-    heard_1 = newer ? bus_frame_i + 32'd1 : heard;
+    frames_heard_1 = newer ? bus_frame_i + 32'd1 : frames_heard;
     missed_count = '0;
     if (newer) missed_count = begins ? $unsigned(ahead) - 32'd1 : $unsigned(ahead);
 
@@ -376,9 +376,9 @@ module beat_receiver #(
     // The head frame as the bus side leaves it.
     head_fresh = beginning && frames_1 == 2'd0;
     oldest_kept = head_fresh ? bus_frame_i : number[head_1];
-    head_missed_next = composited_1 != (frames_2 != 2'd0 ? oldest_kept : heard_1);
+    head_missed_next = composited_1 != (frames_2 != 2'd0 ? oldest_kept : frames_heard_1);
     head_loses_table = losing_table && frames_1 == 2'd1;
-    frames_known = heard_1 - composited_1;
+    frames_known = frames_heard_1 - composited_1;
     head_arrived_next_o = frames_1 == 2'd1 ? arrived_3 : arrived[head_1];
     head_abandoned_next_o = head_missed_next || head_loses_table ||
                           (frames_1 == 2'd1 ? abandoned_2 : abandoned[head_1]);
@@ -396,7 +396,7 @@ module beat_receiver #(
     if (reset_i) begin
       head <= 1'b0;
       frames <= '0;
-      heard <= '0;
+      frames_heard <= '0;
       composited <= '0;
       table_lost <= 1'b0;
       next_row <= '0;
@@ -416,7 +416,7 @@ module beat_receiver #(
     end else begin
       head <= head_1;
       frames <= frames_2;
-      heard <= heard_1;
+      frames_heard <= frames_heard_1;
       composited <= composited_1;
       table_lost <= table_lost_1 && !beginning;
       if (beginning) next_row <= '0;

@@ -7,7 +7,7 @@
 
 namespace metabuffer {
 
-/// Whose burst is next on a bus; arbitration_table.h says what each of them is.
+/// Whose burst is next on a bus; arbitration_table.h describes each policy.
 enum class Arbitration : std::uint8_t { kIrsa, kSlotAllocation, kRoundRobin, kEdf };
 
 /// What happens to a slot that its composer cannot use.

@@ -21,8 +21,8 @@ std::vector<int> slots_of(Arbitration arbitration, const ViewportTable& rows) {
 SentSlots sent_slots(Arbitration arbitration, const ValidatedTable& table,
                      const std::vector<std::uint8_t>& payload) {
     if (arbitration_row(arbitration).slot_table == nullptr || table.rows.empty()) return {};
-    if (const auto places = decode_slots(payload)) {
-        if (auto slots = judge_slots(*places, table)) return {std::move(*slots), false};
+    if (const auto indices = decode_slots(payload)) {
+        if (auto slots = judge_slots(*indices, table)) return {std::move(*slots), false};
     }
     return {equal_slot_table(table.rows), true};
 }
@@ -40,8 +40,8 @@ std::vector<std::uint8_t> slot_payload(Arbitration arbitration, const ValidatedT
         slots = row.slot_table(table.rows, limit);
     } while (slots.size() > room && --limit > 0);
     if (slots.size() > room) return {};
-    const std::vector<int> places = places_of_rows(table);
-    for (int& slot : slots) slot = places[static_cast<std::size_t>(slot)];
+    const std::vector<int> indices = sent_indices(table);
+    for (int& slot : slots) slot = indices[static_cast<std::size_t>(slot)];
     return encode_slots(slots, sent);
 }
 

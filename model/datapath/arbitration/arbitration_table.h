@@ -25,7 +25,7 @@ enum class RequestKind : std::uint8_t {
     kWithDeadline,  ///< also the first raster position that needs its next pixel
 };
 
-/// One policy: all that is known of it outside of its own class. A new policy is a class, an enumerator and a row.
+/// One policy: all that is known of a policy outside of its class. A new policy is a class, an enumerator and a row.
 struct ArbitrationRow {
     Arbitration value;
     const char* name;
@@ -65,11 +65,11 @@ struct SentSlots {
     std::vector<int> slots;  ///< index of a valid row, by slot; none under a policy without slots
     bool rejected = false;   ///< it is missing or wrong: there is one slot for each row instead
 };
-/// payload: of the control scanline of the pair's depth frame.
+/// The slot table in the payload of a depth frame's control scanline.
 SentSlots sent_slots(Arbitration arbitration, const ValidatedTable& table,
                      const std::vector<std::uint8_t>& payload);
 
-/// That payload, as the host makes it: the policy's table, with as many slots as there is room for. Empty under a
+/// The payload that the host makes: the policy's slot table, with as many slots as there is room for. Empty under a
 /// policy without slots, if no row is valid, and if there is too little room.
 std::vector<std::uint8_t> slot_payload(Arbitration arbitration, const ValidatedTable& table,
                                        std::size_t room_bytes);

@@ -6,9 +6,8 @@
 
 namespace metabuffer {
 
-/// Earliest deadline first: chooses the composer whose buffer runs dry first. That is the one whose next pixel to be
-/// sent is needed at the earliest raster position; on a tie, the one of the earlier table row. The columns' rasters are
-/// assumed to run in step.
+/// Earliest deadline first: the ready composer whose next pixel is needed at the earliest raster position; on a tie, the
+/// one of the earlier table row. The rasters of the columns are assumed to run in step.
 class EdfPolicy final : public ArbitrationPolicy {
   public:
     void start_frame(const std::vector<int>& /*slots*/, std::size_t /*rows*/) override {}

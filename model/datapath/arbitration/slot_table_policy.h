@@ -6,8 +6,12 @@
 
 namespace metabuffer {
 
-/// A cyclic slot table, with or without recovery of slots that their owner cannot use. Proportional slots
-/// with recovery are IRSA, without it plain slot allocation; equal slots with recovery are round robin.
+/// A cyclic slot table, with or without recovery of the slots that their owner cannot use:
+///
+/// | slots | recovered | lost |
+/// | --- | --- | --- |
+/// | in proportion | irsa | slot-allocation |
+/// | equal | round-robin | |
 class SlotTablePolicy final : public ArbitrationPolicy {
   public:
     explicit SlotTablePolicy(IdleSlots idle_slots) : idle_slots_(idle_slots) {}

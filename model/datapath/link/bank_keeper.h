@@ -9,27 +9,27 @@
 
 namespace metabuffer {
 
-/// Keeps track of the two banks of an input framebuffer (section 4 of the paper): which pair each of them holds, which
-/// pairs are dropped, and which answer the bus side gets when it asks for the pair of its next frame. docs/design.md
-/// has the table of the answers.
+/// Keeps track of the pairs in the two devices of an input framebuffer (section 4 of the paper): the front device, which
+/// the bus reads, and the back device, which the link fills. It decides which pairs are dropped, and how the bus side is
+/// answered when it asks for the pair of its next frame; docs/design.md has the table of the answers.
 ///
-/// It has no clock and keeps no pixels. Events and questions come with the number of the link's clock edge at which
-/// they come, in order of time. At each edge at which something happens or may:
+/// It has no clock and keeps no pixels. Each call has the number of the link's clock edge at which it is made; numbers
+/// ascend. Call it at each edge with an event or a question, and at next_timer():
 ///
 ///     const BankKeeper::Taken taken = banks.take(event, edge);  // from the decoder
 ///     if (asked) banks.ask();
-///     if (const auto answer = banks.answer(edge)) ...           // kFresh: the banks are swapped
+///     if (const auto answer = banks.answer(edge)) ...           // kFresh: the devices are swapped
 ///     banks.wants_pair();                                       // what the source is asked for
 class BankKeeper {
   public:
     enum class Answer : std::uint8_t {
-        kFresh,  ///< the banks are swapped: the pair is one that no frame has been made of
+        kFresh,  ///< the devices are swapped: the pair is one that no frame has been made of
         kAgain,  ///< the front pair again; none before the first pair
     };
-    /// What an event does besides filling the back bank.
+    /// What an event does besides filling the back device.
     struct Taken {
         int dropped_pairs = 0;       ///< whole pairs that no frame is made of
-        bool pair_accepted = false;  ///< the back bank holds the event's pair, whole
+        bool pair_accepted = false;  ///< the back device holds the event's pair, whole
     };
 
     /// pair_clocks: link clocks of a pair. timeout_clocks: how many the bus side waits for a pair.
@@ -46,12 +46,12 @@ class BankKeeper {
     /// Answers the open question, if there is one and the time has come.
     std::optional<Answer> answer(std::int64_t edge);
 
-    /// The back bank is free for another pair, or is being filled.
+    /// The back device is free for another pair, or is being filled.
     bool wants_pair() const { return back_ != Back::kWhole; }
-    /// Of the last whole pair that the back bank has held.
+    /// Number of the last whole pair that the back device has held.
     std::uint32_t back_number() const { return back_number_; }
-    /// The first edge after `edge` at which a question could be answered although no event comes; none while there is
-    /// no question or no timer runs.
+    /// The first edge after `edge` at which the open question could be answered without an event; none without a question
+    /// or a timer.
     std::optional<std::int64_t> next_timer(std::int64_t edge) const;
 
     enum class Back : std::uint8_t { kFree, kFilling, kWhole };

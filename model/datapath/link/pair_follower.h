@@ -9,21 +9,21 @@
 namespace metabuffer {
 
 /// Finds the pairs among the frames of a link (section 4 of the paper): which two frames make a pair, which frame is
-/// rejected and for what, and which pair can no longer come. It has no clock: the decoders of the clocked levels report
-/// to it what they see, at the clocks at which they see it.
+/// rejected and for what, and which pair can no longer come. It has no clock: a decoder reports to it what it sees, in
+/// the clock in which it sees it.
 ///
 ///     follower.begin_frame();                         // VSYNC: a frame may come
 ///     follower.end_control_scanline(decoded, event);  // its first line is whole
 ///     follower.reject_geometry(event);                // a line is too short or too long, or is one too many
 ///     follower.end_frame(whole, event);               // VSYNC after a frame of one line or more
 ///
-/// The results are added to what `event` says already. A frame that is not followed (in_frame()) gives no results: it
-/// has been rejected or passed over, or no VSYNC has been seen. Raises nothing.
+/// Each call adds its results to `event`. It adds none while no frame is followed (in_frame()): the frame has been
+/// rejected or ignored, or no VSYNC has been seen.
 class PairFollower {
   public:
-    /// What the next pair needs to go on.
+    /// The frame that must come next.
     enum class Expect : std::uint8_t {
-        kAnyColour,  ///< not in step yet: everything except a good colour frame is passed over
+        kAnyColour,  ///< not in step yet: everything except a good colour frame is ignored
         kColour,     ///< the last pair is whole
         kDepth,      ///< of pair number()
     };
@@ -37,7 +37,7 @@ class PairFollower {
     void end_frame(bool whole, PairEvent& event);
 
     bool in_frame() const { return in_frame_; }
-    /// Of the frame under way, once its control scanline is good.
+    /// Of the frame under way, once its control scanline is known to be good.
     FrameKind kind() const { return kind_; }
     Expect expect() const { return expect_; }
     std::uint32_t number() const { return number_; }  ///< of the pair under way

@@ -107,13 +107,13 @@ void check_same(const ComposerBuffer& buffer, const std::vector<Pixel>& memory, 
     REQUIRE(buffer.held_pixels() == wanted.held());
     REQUIRE(buffer.free_pixels() == wanted.capacity - wanted.held());
     // The bus side.
-    const auto heard = static_cast<int>(wanted.frames.size());
+    const auto frames_heard = static_cast<int>(wanted.frames.size());
     const auto composited = static_cast<int>(wanted.composited);
-    REQUIRE(buffer.frames_heard() == heard);
-    REQUIRE(buffer.wants_frame() == (heard - composited < 2));
+    REQUIRE(buffer.frames_heard() == frames_heard);
+    REQUIRE(buffer.wants_frame() == (frames_heard - composited < 2));
     REQUIRE(buffer.can_begin_frame() == (wanted.begun - wanted.begun_and_over < 2));
     REQUIRE(buffer.table_open() == wanted.table_open());
-    REQUIRE(buffer.table_lost() == (heard > 0 && wanted.frames.back().lost_table));
+    REQUIRE(buffer.table_lost() == (frames_heard > 0 && wanted.frames.back().lost_table));
     REQUIRE(buffer.write_address() == wanted.next_address);
     REQUIRE(buffer.missing_pixels() == wanted.missing());
     if (!wanted.receives()) REQUIRE_FALSE(buffer.next_pixel().has_value());
@@ -145,7 +145,7 @@ void check_same(const ComposerBuffer& buffer, const std::vector<Pixel>& memory, 
     }
 }
 
-/// What a waveform shows: each frame under the place that it has.
+/// What a waveform shows: each frame under its entry.
 void check_state(const ComposerBuffer& buffer, const NaiveBuffer& wanted) {
     const test::PartState state(buffer);
     REQUIRE(state["held"] == wanted.held());

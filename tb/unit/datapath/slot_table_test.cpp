@@ -237,14 +237,13 @@ ValidatedTable three_of_five() {
 }
 
 TEST_CASE("slot table: the host counts the rows that it sends, the machine those that stand") {
-    CHECK(places_of_rows(three_of_five()) == std::vector<int>{0, 2, 3});
+    CHECK(sent_indices(three_of_five()) == std::vector<int>{0, 2, 3});
     CHECK(judge_slots({0, 2, 0, 3, 2, 0}, three_of_five()) == std::vector<int>{0, 1, 0, 2, 1, 0});
-    CHECK(places_of_rows({{segment(3, 1), segment(2, 1)}, {}}) == std::vector<int>{0, 1});
+    CHECK(sent_indices({{segment(3, 1), segment(2, 1)}, {}}) == std::vector<int>{0, 1});
     const RejectedRow first{0, RowDefect::kSource, ""};
     const RejectedRow second{1, RowDefect::kSource, ""};
     const RejectedRow fourth{3, RowDefect::kSource, ""};
-    CHECK(places_of_rows({{segment(3, 1), segment(2, 1)}, {first, second, fourth}}) ==
-          std::vector<int>{2, 4});
+    CHECK(sent_indices({{segment(3, 1), segment(2, 1)}, {first, second, fourth}}) == std::vector<int>{2, 4});
 }
 
 TEST_CASE(

@@ -97,7 +97,7 @@ class Story {
         return link_.pacing == Pacing::kLockstep && behind != 0 && behind < 0x8000'0000U;
     }
 
-    /// What the back bank holds after this many entries, by the newest entry that has changed it.
+    /// What the back device holds after this many entries, by the newest entry that has changed it.
     Back back(std::size_t entries) const {
         bool rejected_since = false;
         for (std::size_t i = entries; i-- > 0;) {

@@ -161,18 +161,18 @@ DecodedScanline decoded(const SentFrame& frame) {
 
 /// Between two VSYNCs; the follower has seen the first.
 Verdict follow(PairFollower& follower, const SentFrame& frame) {
-    Verdict told;
+    Verdict verdict;
     if (frame.top == Top::kWrongLength) {
-        follower.reject_geometry(told.at_end);
+        follower.reject_geometry(verdict.at_end);
     } else if (frame.top != Top::kNoLine) {
-        follower.end_control_scanline(decoded(frame), told.at_control);
-        told.reaches_memory = follower.in_frame();
+        follower.end_control_scanline(decoded(frame), verdict.at_control);
+        verdict.reaches_memory = follower.in_frame();
     }
-    if (frame.rest == Rest::kBadLine) follower.reject_geometry(told.at_end);
+    if (frame.rest == Rest::kBadLine) follower.reject_geometry(verdict.at_end);
     if (frame.rest == Rest::kReset) follower.reset();
-    if (frame.top != Top::kNoLine) follower.end_frame(frame.rest != Rest::kLinesMissing, told.at_end);
+    if (frame.top != Top::kNoLine) follower.end_frame(frame.rest != Rest::kLinesMissing, verdict.at_end);
     follower.begin_frame();
-    return told;
+    return verdict;
 }
 
 bool same(const PairEvent& a, const PairEvent& b) {
@@ -217,12 +217,12 @@ class Sequences {
             sent_.push_back(frame);
             PairFollower next_follower = follower;
             Judge next_judge = judge;
-            const Verdict told = follow(next_follower, frame);
+            const Verdict verdict = follow(next_follower, frame);
             const Verdict due = next_judge.judge(frame);
             ++frames_judged_;
             pairs_good_ += due.at_end.pair_good ? 1 : 0;
-            if (!same(told.at_control, due.at_control) || !same(told.at_end, due.at_end) ||
-                told.reaches_memory != due.reaches_memory || !same(next_follower, next_judge)) {
+            if (!same(verdict.at_control, due.at_control) || !same(verdict.at_end, due.at_end) ||
+                verdict.reaches_memory != due.reaches_memory || !same(next_follower, next_judge)) {
                 std::string text;
                 for (const SentFrame& sent : sent_) text += name_of(sent) + ", ";
                 FAIL("reported otherwise for the last of: " << text);
