@@ -17,8 +17,8 @@
 namespace metabuffer::monitors {
 
 /// Checks a bus arbiter (section 5.3 of the paper) from outside: its request lines and its answers, at each edge of the
-/// core clock at which the bus receives the answer. Here slots are passed over and deadlines compared one by one. For a
-/// policy without a proof, order and slots are not checked.
+/// core clock at which the bus receives an answer. The monitor goes through slots and deadlines one by one. For a policy
+/// without a proof, order and slots are not checked.
 ///
 /// Rules; at each edge only the first broken one is reported:
 /// - arbiter/one-hot: as many grant lines are high as GRANT_VALID says, one or none
@@ -53,7 +53,7 @@ class ArbiterMonitor final : public sc_core::sc_module {
     std::int64_t grants() const { return grants_; }
     std::int64_t lost_slots() const { return lost_slots_; }
     std::int64_t recovered_slots() const { return recovered_slots_; }
-    /// Violations that were seen and not reported, since one of the same rule and frame was.
+    /// Violations that were not reported, since one of the same rule and frame was.
     std::int64_t unreported() const { return reporter_.unreported(); }
 
   private:

@@ -211,10 +211,10 @@ void BusMonitor::enter_row(const ViewportRow& row, std::int64_t edge) {
         violate("bus/row", edge, subject + ", which has one");
         pixels_left_ -= entry.pixels - entry.sent;
     }
-    const SegmentPlaces places(row, raster_width_, raster_height_, smoothing_);
+    const SegmentPlaces positions(row, raster_width_, raster_height_, smoothing_);
     const std::int64_t window_rows = smoothing_ == Smoothing::kBilinear ? 2 : 1;
     const std::int64_t window = row.dmultiple > 1 ? window_rows * row.sdx : 0;
-    if (!places.legal() || row.sx + row.sdx > image_width_ || row.sy + row.sdy > image_height_) {
+    if (!positions.legal() || row.sx + row.sdx > image_width_ || row.sy + row.sdy > image_height_) {
         violate("bus/row", edge, subject + " that its image or its raster does not hold");
     } else if (buffer_pixels_ < ready_space_pixels_ + window) {
         violate("bus/row", edge, subject + " that the composer's buffer can never serve");
@@ -222,7 +222,7 @@ void BusMonitor::enter_row(const ViewportRow& row, std::int64_t edge) {
     entry.present = true;
     entry.first_word = row.sy * image_width_ + row.sx;
     entry.width = std::max<std::int64_t>(row.sdx, 1);
-    entry.pixels = places.pixels();
+    entry.pixels = positions.pixels();
     entry.sent = 0;
     pixels_left_ += entry.pixels;
 }

@@ -23,9 +23,9 @@ namespace metabuffer::monitors {
 /// composer/table, pipeline/raster, pipeline/startframe, pipeline/freeze, pipeready/prefetched, pipeready/below,
 /// pipeready/taken-back, pipeready/startframe, pipeready/late, pipeready/unready; docs/monitors.md says what each
 /// means.
-/// A handshake that a fault of the scenario holds low on its way need not be high; a STALL that a fault may raise need
-/// not be low.
-/// A violation's cycle is the edge that samples the wrong value: the waveform shows it from the edge before on.
+/// While a fault of the scenario may hold a handshake low, the handshake is not checked to be high; while a fault may
+/// raise STALL, STALL is not checked to be low. A violation's cycle is the edge that samples the wrong value: the waveform
+/// shows it from the edge before on.
 class ComposerMonitor final : public sc_core::sc_module {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};      ///< core clock
@@ -49,7 +49,9 @@ class ComposerMonitor final : public sc_core::sc_module {
 
     const ComposerObserver& observer() const { return observer_; }
     /// Called for each raster pixel that starves, at the edge that composites it.
-    void on_glitch(std::function<void(const Glitch&)> callback) { observer_.on_glitch(std::move(callback)); }
+    void on_starved_pixel(std::function<void(const StarvedPixel&)> callback) {
+        observer_.on_starved_pixel(std::move(callback));
+    }
     /// Derived from outside; renderer and display are set.
     const ComposerCounters& counters() const { return observer_.counters(); }
     /// Violations that were seen and not reported, since one of the same wire and frame was.

@@ -39,7 +39,7 @@ ComposerObserver::ComposerObserver(const Scenario& scenario, int renderer, int d
 void ComposerObserver::reset(bool pipemaster) {
     pipemaster_ = pipemaster;
     frames_.clear();
-    tables_ = x_ = y_ = 0;
+    frames_heard_ = x_ = y_ = 0;
     next_row_ = 0;
     frame_ = -1;
     counters_.starved_by_frame.clear();  // frames begin at 0 again
@@ -84,9 +84,9 @@ void ComposerObserver::pipeline(const ComposerInputs& inputs, std::int64_t cycle
         running_ = true;
         x_ = y_ = 0;
         Frame& frame = oldest();
-        row_ = frame.has_segment ? frame.places.raster_row(0) : SegmentPlaces::RasterRow{};
-        if (frame.has_segment && frame.places.smooths()) {
-            frame.used_up = frame.places.used_up_after(-1, -1, 0);
+        row_ = frame.has_segment ? frame.positions.raster_row(0) : SegmentPlaces::RasterRow{};
+        if (frame.has_segment && frame.positions.smooths()) {
+            frame.used_up = frame.positions.used_up_after(-1, -1, 0);
         }
         ++frame_;
         frame_spans_.push_back({cycle, kNever, kNever});
@@ -95,17 +95,17 @@ void ComposerObserver::pipeline(const ComposerInputs& inputs, std::int64_t cycle
 
 std::optional<ComposerObserver::LocalPixel> ComposerObserver::next_local_pixel() const {
     const Frame& frame = oldest();
-    if (!row_.covered || !frame.places.covers(x_)) {
+    if (!row_.covered || !frame.positions.covers(x_)) {
         return std::nullopt;
     }
     LocalPixel local;
-    local.column = frame.places.column_at(x_);
+    local.column = frame.positions.column_at(x_);
     local.index = local.newest = row_.first_pixel + local.column;
     std::optional<ReferenceMixture> mixture;
-    if (frame.places.smooths()) {
-        const ReferenceLines columns = frame.places.columns_at(x_);
-        const ReferenceLines rows = frame.places.rows_at(y_);
-        local.newest = std::int64_t{std::max(rows.own, rows.other)} * frame.places.source_width() +
+    if (frame.positions.smooths()) {
+        const ReferenceLines columns = frame.positions.columns_at(x_);
+        const ReferenceLines rows = frame.positions.rows_at(y_);
+        local.newest = std::int64_t{std::max(rows.own, rows.other)} * frame.positions.source_width() +
                        std::max(columns.own, columns.other);
         if (local.newest < frame.arrived && !frame.abandoned) {
             mixture = mixture_at(frame, columns, rows);
@@ -114,9 +114,9 @@ std::optional<ComposerObserver::LocalPixel> ComposerObserver::next_local_pixel()
     local.arrived = local.newest < frame.arrived;
     local.abandoned = frame.abandoned;
     local.repeated = row_.repeats;
-    local.last_use = frame.places.smooths()
-                         ? frame.places.used_up_after(x_, y_, frame.used_up) > frame.used_up
-                         : row_.last && frame.places.columns_used_up(x_) > local.column;
+    local.last_use = frame.positions.smooths()
+                         ? frame.positions.used_up_after(x_, y_, frame.used_up) > frame.used_up
+                         : row_.last && frame.positions.columns_used_up(x_) > local.column;
     if (mixture) {
         local.pixel = reference_smoothing(*mixture, composition_, far_z_);
     } else if (local.arrived && !local.abandoned) {
@@ -128,7 +128,7 @@ std::optional<ComposerObserver::LocalPixel> ComposerObserver::next_local_pixel()
 ReferenceMixture ComposerObserver::mixture_at(const Frame& frame, const ReferenceLines& columns,
                                               const ReferenceLines& rows) const {
     const auto pixel = [&frame](int column, int row) {
-        const std::int64_t k = std::int64_t{row} * frame.places.source_width() + column;
+        const std::int64_t k = std::int64_t{row} * frame.positions.source_width() + column;
         return Pixel(frame.ring[static_cast<std::uint64_t>(k) & frame.ring_mask]);
     };
     return {pixel(columns.own, rows.own),
@@ -160,10 +160,10 @@ void ComposerObserver::composite(const rtl::PipePixel& upstream, std::int64_t cy
             expected_.pipe.pixel = reference_composition(composition_, local->pixel, upstream.pixel);
             counters_.replayed_pixels += local->repeated ? 1 : 0;
         }
-        if (frame.places.smooths()) {
-            frame.used_up = frame.places.used_up_after(x_, y_, frame.used_up);
+        if (frame.positions.smooths()) {
+            frame.used_up = frame.positions.used_up_after(x_, y_, frame.used_up);
         } else if (row_.last) {
-            frame.used_up = row_.first_pixel + frame.places.columns_used_up(x_);
+            frame.used_up = row_.first_pixel + frame.positions.columns_used_up(x_);
         }
     }
     if (++x_ == raster_width_) {
@@ -171,7 +171,7 @@ void ComposerObserver::composite(const rtl::PipePixel& upstream, std::int64_t cy
         if (++y_ == raster_height_) {
             end_frame(cycle);
         } else {
-            row_ = frame.has_segment ? frame.places.raster_row(y_) : SegmentPlaces::RasterRow{};
+            row_ = frame.has_segment ? frame.positions.raster_row(y_) : SegmentPlaces::RasterRow{};
         }
     }
 }
@@ -185,7 +185,7 @@ void ComposerObserver::end_frame(std::int64_t cycle) {
     ended_short_ = frames_.size() == 1 && oldest().missing() > 0;
     if (ended_short_) {
         ended_ = std::move(oldest());
-        ended_.used_up = ended_.places.pixels();
+        ended_.used_up = ended_.positions.pixels();
     }
     frames_.erase(frames_.begin());
 }
@@ -201,7 +201,7 @@ void ComposerObserver::take_bus(const rtl::BusBeat& beat) {
         case rtl::BusBeat::Kind::kFrameStart:
             frames_.emplace_back();
             frames_.back().table_complete = beat.last;
-            ++tables_;
+            ++frames_heard_;
             table_lost_ = ended_short_ = false;
             next_row_ = 0;
             break;
@@ -226,7 +226,7 @@ void ComposerObserver::take_bus(const rtl::BusBeat& beat) {
 bool ComposerObserver::follow_frames(const rtl::BusBeat& beat) {
     const bool starts = beat.kind == rtl::BusBeat::Kind::kFrameStart;
     // Frames begun since the newest known one; before the first frame the number is -1, so there are none.
-    std::int64_t begun = std::int64_t{static_cast<std::int32_t>(beat.frame)} + 1 - tables_;
+    std::int64_t begun = std::int64_t{static_cast<std::int32_t>(beat.frame)} + 1 - frames_heard_;
     if (begun < 0 || begun > kMostFramesAtOnce || (starts && begun == 0)) {
         return false;
     }
@@ -246,7 +246,7 @@ bool ComposerObserver::follow_frames(const rtl::BusBeat& beat) {
         Frame missed;
         missed.missed = missed.table_complete = missed.abandoned = true;
         frames_.push_back(missed);
-        ++tables_;
+        ++frames_heard_;
         ++counters_.lost_tables;
         table_lost_ = true;
         ended_short_ = false;
@@ -282,8 +282,8 @@ void ComposerObserver::take_row(const rtl::BusBeat& beat) {
     frame.table_complete = beat.last;
     if (beat.destination == destination_) {
         frame.has_segment = true;
-        frame.places = SegmentPlaces(beat.row(), raster_width_, raster_height_, smoothing_);
-        const std::uint64_t size = power_of_two_from(std::min(buffer_pixels_, frame.places.pixels()));
+        frame.positions = SegmentPlaces(beat.row(), raster_width_, raster_height_, smoothing_);
+        const std::uint64_t size = power_of_two_from(std::min(buffer_pixels_, frame.positions.pixels()));
         frame.ring.assign(size, 0);
         frame.ring_mask = size - 1;
     }

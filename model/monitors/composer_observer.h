@@ -63,10 +63,12 @@ class ComposerObserver : public ComposerRecord {
 
     // ---- its state ----
 
-    int frame() const { return frame_; }                 ///< composited, from 0; -1: none yet
-    int frames_received() const { return tables_ - 1; }  ///< number of the newest frame known; -1: none yet
-    bool running() const { return running_; }            ///< raster pixels of frame() are being composited
-    int x() const { return x_; }                         ///< raster position composited next
+    int frame() const { return frame_; }  ///< that is composited, or was last, from 0; -1: none yet
+    int frames_received() const {
+        return frames_heard_ - 1;
+    }                                          ///< number of the newest frame known; -1: none yet
+    bool running() const { return running_; }  ///< raster pixels of frame() are being composited
+    int x() const { return x_; }               ///< raster position composited next
     int y() const { return y_; }
     bool prefetched() const;  ///< for the next frame
     bool below_was_ready() const {
@@ -75,7 +77,7 @@ class ComposerObserver : public ComposerRecord {
     bool stood_still() const { return stood_still_; }  ///< COLUMNSTALL held the last edge
     std::int64_t held_pixels() const;
     std::int64_t free_pixels() const { return buffer_pixels_ - held_pixels(); }
-    std::int64_t kept_pixels() const { return kept_pixels_; }     ///< of those that the last edge brought
+    std::int64_t kept_pixels() const { return kept_pixels_; }     ///< that the last edge brought
     std::int64_t announced_pixels() const { return announced_; }  ///< of the burst under way, still to come
     bool overflowed() const { return overflowed_; }        ///< the last edge brought a pixel that had no room
     bool table_refused() const { return table_refused_; }  ///< the last edge brought a table that had no room
@@ -84,23 +86,23 @@ class ComposerObserver : public ComposerRecord {
 
     bool has_frame() const { return !frames_.empty(); }
     bool has_room_for_table() const;
-    /// Of the oldest frame, which is composited or comes next. What was lost counts as arrived.
+    // Of the oldest frame, which is composited or comes next. Lost pixels and rows count as arrived.
     bool table_complete() const { return has_frame() && oldest().table_complete; }
     bool has_segment() const { return oldest().has_segment; }
-    const SegmentPlaces& segment() const { return oldest().places; }  ///< while has_segment()
+    const SegmentPlaces& segment() const { return oldest().positions; }  ///< while has_segment()
     std::int64_t arrived_pixels() const { return oldest().arrived; }
     bool segment_complete() const { return oldest().abandoned || oldest().missing() == 0; }
-    /// Pixels still to come, of the newest frame or of a finished one that the bus still sends.
+    /// Pixels still to come of the newest frame, or of one that is over and that the bus still sends.
     std::int64_t missing_pixels() const;
 
     /// The segment's pixel that shows at the raster position composited next.
     struct LocalPixel {
         std::int64_t index = 0;  ///< in the segment
         std::int64_t newest =
-            0;  ///< the last one to come of the pixels that are mixed here; the same without smoothing
-        int column = 0;          ///< in its source row
-        bool arrived = false;    ///< or was lost; all of them
-        bool abandoned = false;  ///< its frame is: the pixel from above passes
+            0;           ///< the highest index of the pixels that are mixed here; without smoothing, `index`
+        int column = 0;  ///< in its source row
+        bool arrived = false;    ///< all pixels that are mixed here have arrived or were lost
+        bool abandoned = false;  ///< the frame is: the pixel from above passes
         bool repeated = false;   ///< its source row shows in the raster row above too
         bool last_use = false;   ///< it shows at no later position
         Pixel pixel;             ///< if it has arrived and is not abandoned; smoothed
@@ -117,13 +119,13 @@ class ComposerObserver : public ComposerRecord {
         bool table_complete = false;  ///< or lost
         bool has_segment = false;
         bool abandoned = false;  ///< pixels of it, or of its table, were lost
-        SegmentPlaces places;
+        SegmentPlaces positions;
         std::int64_t arrived = 0;  ///< or lost
         std::int64_t used_up = 0;
         std::vector<std::uint64_t> ring;  ///< pixel k in [k & ring_mask]
         std::uint64_t ring_mask = 0;
 
-        std::int64_t missing() const { return has_segment ? places.pixels() - arrived : 0; }
+        std::int64_t missing() const { return has_segment ? positions.pixels() - arrived : 0; }
         std::int64_t held() const { return abandoned || arrived <= used_up ? 0 : arrived - used_up; }
     };
     static constexpr std::size_t kFrames = 2;
@@ -163,8 +165,8 @@ class ComposerObserver : public ComposerRecord {
 
     bool pipemaster_ = false;
     std::vector<Frame> frames_;  ///< the oldest first
-    Frame unknown_;              ///< stands for one that was started and is not known
-    Frame ended_;                ///< while ended_short_
+    Frame unknown_;              ///< stands for the oldest frame if none is known
+    Frame ended_;                ///< the frame that is over, while ended_short_
     bool ended_short_ = false;   ///< pixels of a frame that is over may still come
     bool table_lost_ = false;    ///< of the newest frame known, whose pixels do not count
     std::uint32_t next_row_ = 0;
@@ -173,7 +175,7 @@ class ComposerObserver : public ComposerRecord {
     int y_ = 0;
     SegmentPlaces::RasterRow row_;  ///< the raster row of y_, in the frame that is composited
     int frame_ = -1;
-    int tables_ = 0;
+    int frames_heard_ = 0;
     std::int64_t announced_ = 0;
     std::int64_t silent_edges_ = 0;   ///< since the last beat
     std::int64_t dropped_edges_ = 0;  ///< in which beats may still come of a burst that BUSREADY has ended

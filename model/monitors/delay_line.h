@@ -7,7 +7,7 @@
 
 namespace metabuffer::monitors {
 
-/// Registers in a row: each value comes out `clocks` clocks after it went in, with 0 at once.
+/// Registers in a row: each value comes out `clocks` clocks after it went in; with 0, at once.
 template <typename Value>
 class DelayLine {
   public:

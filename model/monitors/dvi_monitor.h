@@ -14,9 +14,9 @@ namespace metabuffer::monitors {
 /// changes nothing; data are not checked.
 ///
 /// An output runs from reset on: a vertical sync, then frame after frame. An input begins with one vertical sync (no
-/// horizontal ones). After that, and after the last clock of a frame, it may stay in blanking for any time, but nowhere
-/// else. If a fault of the scenario changes a frame's lines, only HSYNC, VSYNC's position in the line and VSYNC's
-/// length are checked against the mode.
+/// horizontal ones). It may pause in blanking, for any time, after that sync and between frames only. If a fault of the
+/// scenario changes a frame's lines, only HSYNC, VSYNC's position in the line and VSYNC's length are checked against the
+/// mode.
 ///
 /// Rules: dvi/active-lines, dvi/active-pixels, dvi/line-length, dvi/hsync, dvi/vsync, dvi/vsync-at-line-start. Only the
 /// first violation of a frame is reported; the monitor goes on with the next frame.

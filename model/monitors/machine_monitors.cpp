@@ -247,7 +247,7 @@ void MachineMonitors::bind_composer(std::size_t r, std::size_t d) {
     monitor->pipeready_o(wires.pipeready[above]);
     monitor->column_stall_i(wires.column_stall[d]);
     monitor->stall_o(wires.stall[above]);
-    monitor->on_glitch([this, r, d](const Glitch& glitch) { scoreboard_->starved(r, d, glitch); });
+    monitor->on_starved_pixel([this, r, d](const StarvedPixel& pixel) { scoreboard_->starved(r, d, pixel); });
     composers_.push_back(std::move(monitor));
 }
 

@@ -34,9 +34,8 @@ const std::vector<std::string>& machine_rules();
 /// All monitors and scoreboards of a machine, bound to its wires from outside: a BusMonitor, an ArbiterMonitor, a
 /// MemoryMonitor and a DviMonitor for each renderer, a ComposerMonitor and a FifoMonitor for each composer, a
 /// PipelineMonitor and a DviMonitor for each display, a TmdsMonitor for each link with characters, one SwapLockMonitor
-/// and one Scoreboard. The inside of a block that shows no wires has no monitor. To be made after the machine and before the simulation starts.
-///
-/// A link whose clock the scenario lets drift is watched at that clock.
+/// and one Scoreboard. The inside of a block that shows no wires has no monitor. A link whose clock drifts is watched at
+/// that clock. To be made after the machine and before the simulation starts.
 class MachineMonitors final : public sc_core::sc_module {
   public:
     /// Scenario, machine and log must outlive the simulation.

@@ -11,9 +11,9 @@
 
 namespace metabuffer::monitors {
 
-/// Which renderer wins a raster pixel and with which value, also where some renderers' pixels were not there in time.
-/// The functional level does not report this, since it composites whole rasters. Computed independently of the
-/// machine's datapath and of the compositor, one renderer after the other.
+/// Which renderer wins a raster pixel and with which value, also where pixels of some renderers starved. Computed one
+/// renderer after the other, independently of the machine's datapath and of the functional level, which composites whole
+/// rasters.
 class PictureReference {
   public:
     /// The scenario must outlive the reference.
@@ -22,7 +22,7 @@ class PictureReference {
     /// What a renderer (index, from 0) contributes with a pair; -1: none yet.
     functional::Contribution contribution(std::size_t renderer, int pair) const;
 
-    /// What is left of an image's pixel in a word of the memory, after the link.
+    /// What the link leaves of an image's pixel: the word of the memory.
     Pixel over_the_link(Pixel pixel) const;
 
     /// A renderer's local pixel at a raster position, smoothed if its composer smooths.

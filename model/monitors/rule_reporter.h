@@ -9,8 +9,8 @@
 
 namespace metabuffer::monitors {
 
-/// The way from a monitor to the log. For each wire one violation a frame is logged, so that one mistake does not hide
-/// the next; the others are only counted. A wire may have several groups of rules, each reported separately.
+/// Reports a monitor's violations to the log: of each wire one a frame, so that one mistake does not hide the next. Further
+/// ones are only counted. A wire may have several groups of rules, each reported separately.
 class RuleReporter {
   public:
     static constexpr std::int64_t kNoFrame = -1;

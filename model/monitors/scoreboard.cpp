@@ -27,8 +27,8 @@ struct Scoreboard::Bus {
     bool known = false;  ///< it is known what the frame is made of
     functional::Contribution contribution;
     std::vector<const ViewportRow*> row_of_display;
-    std::size_t rows = 0;  ///< broadcast so far
-    bool told = false;     ///< a wrong pixel in this frame has been reported
+    std::size_t rows = 0;   ///< broadcast so far
+    bool reported = false;  ///< a wrong pixel in this frame has been reported
     // Of a link that errs.
     std::shared_ptr<PixelImage> coming;  ///< what has been received of the pair under way
     std::map<std::int64_t, std::shared_ptr<const PixelImage>> received;  ///< by whole pair
@@ -45,8 +45,8 @@ struct Scoreboard::Column {
     int frame = -1;
     int position = 0;  ///< of the next raster pixel at the bottom, 0: between frames
     bool known = false;
-    bool told = false;  ///< a wrong pixel in this frame has been reported
-    PixelImage raster;  ///< the functional level's, less what starved
+    bool reported = false;  ///< a wrong pixel in this frame has been reported
+    PixelImage raster;      ///< the functional level's, less what starved
     std::unordered_map<std::int64_t, std::vector<int>> starved;  ///< renderers by frame and position
 
     std::map<std::int64_t, ColourImage> pictures;  ///< composited and not yet shown, by frame
@@ -196,7 +196,7 @@ void Scoreboard::begin_table(std::size_t r, std::int64_t cycle) {
     const int before = bus.pair;
     ++bus.frame;
     bus.rows = 0;
-    bus.told = false;
+    bus.reported = false;
     const std::optional<int> pair = pair_of_frame_(r, bus.frame);
     bus.known = pair.has_value();
     if (!bus.known) {
@@ -227,7 +227,7 @@ void Scoreboard::begin_table(std::size_t r, std::int64_t cycle) {
 void Scoreboard::check_pixels(std::size_t r, const rtl::BusBeat& beat, std::int64_t cycle) {
     Bus& bus = buses_[r];
     bus_pixels_ += beat.count;
-    if (!bus.known || bus.told || beat.destination < 1 || beat.destination > displays_) return;
+    if (!bus.known || bus.reported || beat.destination < 1 || beat.destination > displays_) return;
     const ViewportRow* const row = bus.row_of_display[beat.destination - std::size_t{1}];
     if (row == nullptr) return;  // the bus monitor checks this
     int x = static_cast<int>(beat.first % row->sdx);
@@ -236,7 +236,7 @@ void Scoreboard::check_pixels(std::size_t r, const rtl::BusBeat& beat, std::int6
         const Pixel seen(beat.words[static_cast<std::size_t>(i)]);
         const Pixel wanted = reference_.over_the_link(bus.contribution.image->at(row->sx + x, row->sy + y));
         if (seen != wanted) {
-            bus.told = true;
+            bus.reported = true;
             log_.add({"scoreboard/bus", rtl::numbered("BUS", r), "core", cycle, bus.frame,
                       "pixel " + std::to_string(beat.first + static_cast<std::uint32_t>(i)) +
                           " for display " + std::to_string(beat.destination) + " is " + pixel_text(seen) +
@@ -254,9 +254,9 @@ void Scoreboard::check_pixels(std::size_t r, const rtl::BusBeat& beat, std::int6
 
 // ---- pipelines ----
 
-void Scoreboard::starved(std::size_t renderer, std::size_t display, const Glitch& glitch) {
-    const std::int64_t place = std::int64_t{glitch.y} * raster_width_ + glitch.x;
-    columns_[display].starved[std::int64_t{glitch.frame} * raster_pixels_of_frame_ + place].push_back(
+void Scoreboard::starved(std::size_t renderer, std::size_t display, const StarvedPixel& pixel) {
+    const std::int64_t position = std::int64_t{pixel.y} * raster_width_ + pixel.x;
+    columns_[display].starved[std::int64_t{pixel.frame} * raster_pixels_of_frame_ + position].push_back(
         static_cast<int>(renderer));
 }
 
@@ -300,7 +300,7 @@ const std::vector<functional::Contribution>& Scoreboard::contributions_of(int fr
 void Scoreboard::begin_frame(std::size_t d) {
     Column& column = columns_[d];
     ++column.frame;
-    column.told = false;
+    column.reported = false;
     column.known = !contributions_of(column.frame).empty();
     if (column.known) column.raster = compositor_.raster(static_cast<int>(d) + 1);
 }
@@ -330,8 +330,8 @@ void Scoreboard::take_raster_pixel(std::size_t d, std::int64_t cycle) {
         return;
     }
     ++raster_pixels_;
-    if (seen.pixel == wanted || column.told) return;
-    column.told = true;
+    if (seen.pixel == wanted || column.reported) return;
+    column.reported = true;
     const int s = scenario_.displays.supersample;
     Violation violation{"scoreboard/pixel", "", "core", cycle, column.frame, ""};
     const std::string traced = trace_back(
@@ -347,7 +347,7 @@ void Scoreboard::take_raster_pixel(std::size_t d, std::int64_t cycle) {
 }
 
 /// Which renderer should have won the pixel that is at the bottom now, which one did, and where it was first wrong:
-/// that place goes into the violation.
+/// that position goes into the violation.
 std::string Scoreboard::trace_back(std::size_t d, const PictureReference::Column& wanted,
                                    Violation& violation) const {
     const Column& column = columns_[d];

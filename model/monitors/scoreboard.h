@@ -32,19 +32,19 @@ namespace metabuffer::monitors {
 /// - scoreboard/bus: each pixel on a bus is the one of the pair's image at its position
 /// - scoreboard/pixel: each raster pixel at the bottom of a pipeline is the functional level's, less the local pixels
 ///   that starved there; one marked `lost` is not compared
-/// - scoreboard/picture: each picture that a display shows is the averaged and corrected raster; that of a frame with lost pixels is
-///   the picture before
+/// - scoreboard/picture: each picture that a display shows is the averaged and corrected raster; for a frame with lost
+///   pixels it is the picture before
 ///
-/// Where faults disturb the characters of a link, the image of a pair is what the link's decoder has given (PIXEL), so
-/// that all that follows is compared. What such faults do to pixels is not judged here.
+/// Where faults disturb the characters of a link, the image of a pair is what the link's decoder has given (PIXEL): the
+/// faults themselves are not judged, and all that follows is compared.
 ///
 /// The first wrong raster pixel of a frame and display is traced back: which renderer should have won, with which
 /// source pixel and Z, which one did, and which composer's PIPE was the first to be wrong, at which core clock.
 /// A violation's cycle is the edge that samples the wrong value.
 class Scoreboard final : public sc_core::sc_module {
   public:
-    /// The pair that a renderer (index, from 0) contributes to a composited frame (from 0), -1: none yet; nothing if
-    /// the frame has not been started there. No wire shows it.
+    /// The pair that a renderer (index, from 0) contributes to a composited frame (from 0); -1: the frame has none. Empty
+    /// before the renderer's input framebuffer has started the frame. No wire shows the pair.
     using PairOfFrame = std::function<std::optional<int>(std::size_t renderer, int frame)>;
 
     /// Binds to the wires. Scenario and wires must outlive the simulation.
@@ -56,7 +56,7 @@ class Scoreboard final : public sc_core::sc_module {
 
     /// The local pixel of a renderer and display (indices, from 0) starved. To be called before the raster pixel leaves
     /// the pipeline.
-    void starved(std::size_t renderer, std::size_t display, const Glitch& glitch);
+    void starved(std::size_t renderer, std::size_t display, const StarvedPixel& pixel);
     /// A display has shown a composited frame in full for the first time.
     void shown(const SwapLockMonitor::Shown& shown);
 

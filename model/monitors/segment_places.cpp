@@ -6,8 +6,8 @@
 namespace metabuffer::monitors {
 namespace {
 
-/// [place, place + length) overlaps with [0, end).
-bool shows(int place, int length, int end) { return place < end && place + length > 0; }
+/// [first, first + length) overlaps with [0, end).
+bool shows(int first, int length, int end) { return first < end && first + length > 0; }
 
 }  // namespace
 
@@ -21,11 +21,11 @@ SegmentPlaces::SegmentPlaces(const ViewportRow& row, int raster_width_pixels, in
       right_(std::min(raster_width_pixels, dx_ + width_ * multiple_)),
       bottom_(std::min(raster_height_pixels, dy_ + height_ * multiple_)) {
     smooths_ = smoothing == Smoothing::kBilinear && multiple_ > 1;
-    const auto axis_is_legal = [this](int place, int count, int end) {
+    const auto axis_is_legal = [this](int first, int count, int end) {
         // The outermost line may lie outside if the one beside it goes into what shows.
         const int inset = smooths_ && count > 1 ? multiple_ : 0;
-        const int last = place + (count - 1) * multiple_;
-        return place < end && shows(place, multiple_ + inset, end) && last + multiple_ > 0 &&
+        const int last = first + (count - 1) * multiple_;
+        return first < end && shows(first, multiple_ + inset, end) && last + multiple_ > 0 &&
                shows(last - inset, multiple_ + inset, end);
     };
     legal_ = row.dmultiple >= 1 && row.dmultiple <= kMaximumMultiple && width_ > 0 && height_ > 0 &&

@@ -68,17 +68,17 @@ void SwapLockMonitor::check_wires(std::int64_t cycle) {
     const bool may_be_late = !swaplock && contain(holds_, cycle);
     const bool swaplock_right = swaplock == all_done || (may_be_late && !state_.swaplock);
     const bool swapskip_right = swapskip == any_bad || (may_be_late && !swapskip && !state_.swapskip);
-    if (!state_.wires_told && !swaplock_right) {
+    if (!state_.wires_reported && !swaplock_right) {
         found_core("swap-lock/all-done", "SWAPLOCK",
                    std::string("it is ") + level(!all_done) + " while " +
                        (all_done ? "every FRAMEDONE is high" : "a FRAMEDONE is low"));
     }
-    if (!state_.wires_told && !swapskip_right) {
+    if (!state_.wires_reported && !swapskip_right) {
         found_core("swap-lock/any-bad", "SWAPSKIP",
                    std::string("it is ") + level(!any_bad) + " while " +
                        (any_bad ? "a FRAMEBAD is high" : "every FRAMEBAD is low"));
     }
-    state_.wires_told = !swaplock_right || !swapskip_right;
+    state_.wires_reported = !swaplock_right || !swapskip_right;
     state_.swaplock = swaplock;
     state_.swapskip = swapskip;
 }
@@ -157,10 +157,10 @@ void SwapLockMonitor::synchronize() {
 void SwapLockMonitor::start_dvi_frame() {
     state_.fresh = state_.swap_pending;
     state_.swap_pending = false;
-    state_.in_step_told = false;
+    state_.in_step_reported = false;
     for (Display& display : state_.displays) {
         display.next_value = 0;
-        display.told = false;
+        display.reported = false;
     }
     if (!state_.fresh) return;
     state_.kept = state_.skip_pending;
@@ -178,8 +178,8 @@ void SwapLockMonitor::take_clock() {
     const bool vsync = link_i[0].read().vsync;
     for (std::size_t d = 0; d < state_.displays.size(); ++d) {
         const rtl::DviLink& link = link_i[d].read();
-        if (link.vsync != vsync && !state_.in_step_told) {
-            state_.in_step_told = true;
+        if (link.vsync != vsync && !state_.in_step_reported) {
+            state_.in_step_reported = true;
             found_dvi("swap-lock/in-step", d,
                       std::string("VSYNC is ") + level(link.vsync) + " and not so on display 1");
         }
@@ -193,8 +193,8 @@ void SwapLockMonitor::take_pixel(std::size_t d, std::uint32_t data) {
     if (display.next_value == values.size()) return;  // more than a frame has: the DVI monitor checks this
     std::uint32_t& value = values[display.next_value];
     if (value != data) {
-        if ((!state_.fresh || state_.kept) && !display.told) {
-            display.told = true;
+        if ((!state_.fresh || state_.kept) && !display.reported) {
+            display.reported = true;
             const auto width = static_cast<std::size_t>(timing_.active_pixels);
             const std::string where = "pixel " + std::to_string(display.next_value % width) + "," +
                                       std::to_string(display.next_value / width) + " changes from " +

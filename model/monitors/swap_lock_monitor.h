@@ -17,15 +17,15 @@
 namespace metabuffer::monitors {
 
 /// Checks the swap lock (sections 5.4 and 7 of the paper) from outside: FRAMEDONE, FRAMEBAD, SWAPLOCK and SWAPSKIP at
-/// the core clock, and the pictures on the DVI outputs. No wire shows when the banks swap. This follows from SWAPLOCK,
+/// the core clock, and the pictures on the DVI outputs. No wire shows when the pictures swap. This follows from SWAPLOCK,
 /// delayed by two registers of the DVI output clock, and from the outputs' frames, which run in step from reset on: the
 /// swap is due at the first clock of the next frame.
 ///
 /// Rules:
-/// - swap-lock/all-done: SWAPLOCK is high exactly while every FRAMEDONE is; while a fault of the scenario holds it, it
-///   may rise later, and is not withdrawn
-/// - swap-lock/any-bad: SWAPSKIP is high exactly while any FRAMEBAD is; while a fault holds SWAPLOCK, it may rise later
-///   too, but not after SWAPLOCK, and is not withdrawn
+/// - swap-lock/all-done: SWAPLOCK is high exactly while every FRAMEDONE is; where a fault of the scenario holds SWAPLOCK,
+///   it may rise later, but is not taken back
+/// - swap-lock/any-bad: SWAPSKIP is high exactly while any FRAMEBAD is; where a fault holds SWAPLOCK, SWAPSKIP may rise
+///   later, but not after SWAPLOCK, and is not taken back
 /// - swap-lock/framedone-fall: FRAMEDONE falls two registers of the core clock after a swap, on all displays, and never
 ///   otherwise
 /// - swap-lock/framedone-rise: FRAMEDONE rises once for a swap, and not before the swap's level has come back
@@ -76,7 +76,7 @@ class SwapLockMonitor final : public sc_core::sc_module {
         // DVI output clock
         ColourImage picture;  ///< as shown last, black at first; overwritten as the next one comes
         std::size_t next_value = 0;
-        bool told = false;  ///< a violation in this DVI frame has been reported
+        bool reported = false;  ///< a violation in this DVI frame has been reported
     };
 
     void restart();
@@ -104,8 +104,9 @@ class SwapLockMonitor final : public sc_core::sc_module {
     /// All that a reset clears.
     struct State {
         std::vector<Display> displays;
-        bool wires_told = false;  ///< SWAPLOCK or SWAPSKIP is reported as wrong; until they are right again
-        bool swaplock = false;    ///< as sampled one edge ago
+        bool wires_reported =
+            false;              ///< SWAPLOCK or SWAPSKIP is reported as wrong; until they are right again
+        bool swaplock = false;  ///< as sampled one edge ago
         bool swapskip = false;
         std::int64_t swaps = 0;
 
@@ -124,7 +125,7 @@ class SwapLockMonitor final : public sc_core::sc_module {
         bool skip_pending = false;
         bool fresh = false;  ///< the first DVI frame after a swap
         bool kept = false;   ///< that swap was skipped
-        bool in_step_told = false;
+        bool in_step_reported = false;
     };
     State state_;
 };

@@ -19,7 +19,7 @@ namespace metabuffer::monitors {
 /// - tmds/character: a character is one of those that an encoder can send
 /// - tmds/control: control characters come while DE is low, and only then, with HSYNC and VSYNC on the blue channel
 /// - tmds/data: a character stands for the byte of its pixel
-/// - tmds/disparity: a channel's ones and zeros balance: a character never adds to what is too many already
+/// - tmds/disparity: a channel's ones and zeros balance: no character adds to those of which there are too many
 /// - tmds/link: the decoder gives each pixel at its clock. Before the end of the first vertical sync, in which it finds
 ///   the characters' beginning, it gives no DE. Not checked on links whose characters a fault disturbs.
 class TmdsMonitor final : public sc_core::sc_module {

@@ -92,7 +92,7 @@ SupplyAlone supply_alone(double pixels, double waiting_cycles, double bus_only_c
 std::optional<Bottleneck> find_bottleneck(const RunReport& report) {
     const bool has_frames = !report.frames.empty() && !report.renderers.empty() && report.rate_limits;
     // In these runs buses have also worked for frames that were never shown.
-    if (!has_frames || report.begins_anew || !report.watchdog.empty()) return std::nullopt;
+    if (!has_frames || report.is_reset || !report.watchdog.empty()) return std::nullopt;
     Bottleneck found;
     const RendererCounters& worst = report.renderers[worst_off(report)];
     found.supply_renderer = worst.name;

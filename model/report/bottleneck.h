@@ -24,7 +24,7 @@ const char* resource_name(Resource resource);
 /// - links: between two frames otherwise, until the newest pair of the next one has come;
 /// - supply: the rest of that time, and the clocks in which a column stands still and waits for pixels.
 ///
-/// So between frames the resource that was waited for last counts, since to have the others sooner would not help.
+/// So between frames the resource that came last counts: the others sooner would not help.
 ///
 /// Supply means the memory, the bus or the buffers, by the worst renderer: the one whose pixels starve or stall most,
 /// else the one whose bus works most. If its bus works, on the average, for fewer clocks in each frame than the raster

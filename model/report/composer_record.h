@@ -9,20 +9,19 @@
 
 namespace metabuffer {
 
-/// What a composer of level rtl reports besides its ports, or what an observer of the ports reports instead of it: its
-/// counters, and when things happened, in core cycles. It is not hardware.
+/// What a composer of level rtl, or an observer of its ports, reports: counters, and the core cycles of events. It is not
+/// hardware.
 class ComposerRecord {
   public:
     static constexpr std::int64_t kNever = -1;
 
-    /// Core cycles of STARTFRAME and of a frame's first and last pixel composited.
+    /// Core cycles of a frame's STARTFRAME and of its first and last pixel composited.
     struct FrameSpan {
         std::int64_t startframe_cycle = kNever;
         std::int64_t start_cycle = kNever;
         std::int64_t end_cycle = kNever;
     };
 
-    /// Renderer and display may be filled in by a caller that knows them.
     const ComposerCounters& counters() const { return counters_; }
     /// One for each frame that has started.
     const std::vector<FrameSpan>& frame_spans() const { return frame_spans_; }
@@ -35,7 +34,9 @@ class ComposerRecord {
     std::int64_t first_busready_drop_cycle() const { return first_busready_drop_cycle_; }
     std::int64_t first_starved_cycle() const { return first_starved_cycle_; }
     /// Called for each starved raster pixel (`glitch` mode).
-    void on_glitch(std::function<void(const Glitch&)> callback) { on_glitch_ = std::move(callback); }
+    void on_starved_pixel(std::function<void(const StarvedPixel&)> callback) {
+        on_starved_pixel_ = std::move(callback);
+    }
 
     // What the composer's parts report.
 
@@ -55,11 +56,11 @@ class ComposerRecord {
     }
     /// A pixel starved or a clock was stalled.
     void note_starved(std::int64_t cycle) { note_first(first_starved_cycle_, cycle); }
-    void count_glitch(const Glitch& glitch, std::int64_t cycle) {
+    void count_glitch(const StarvedPixel& pixel, std::int64_t cycle) {
         note_starved(cycle);
-        counters_.add_glitch(glitch);
-        if (on_glitch_) {
-            on_glitch_(glitch);
+        counters_.add_starved_pixel(pixel);
+        if (on_starved_pixel_) {
+            on_starved_pixel_(pixel);
         }
     }
 
@@ -78,7 +79,7 @@ class ComposerRecord {
 
     std::int64_t first_busready_drop_cycle_ = kNever;
     std::int64_t first_starved_cycle_ = kNever;
-    std::function<void(const Glitch&)> on_glitch_;
+    std::function<void(const StarvedPixel&)> on_starved_pixel_;
 };
 
 }  // namespace metabuffer

@@ -52,8 +52,8 @@ MachineReport::MachineReport(const Scenario& scenario, const std::string& level,
     report_.raster_pixels =
         std::int64_t{scenario.displays.raster_width_pixels()} * scenario.displays.raster_height_pixels();
     report_.cost = machine_cost(scenario);
-    report_.begins_anew = std::any_of(scenario.faults.begin(), scenario.faults.end(),
-                                      [](const Fault& fault) { return fault.kind == FaultKind::kReset; });
+    report_.is_reset = std::any_of(scenario.faults.begin(), scenario.faults.end(),
+                                   [](const Fault& fault) { return fault.kind == FaultKind::kReset; });
     report_.memory_words_per_cycle = scenario.memory.words_per_cycle;
     report_.bus_width_bits = scenario.bus.width_bits;
     report_.corrected_displays = scenario.displays.corrected();

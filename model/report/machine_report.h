@@ -18,10 +18,10 @@ struct FrameSource {
     std::int64_t last_pixel_picoseconds = 0;  ///< when the pair's last pixel was on the link
 };
 
-/// The switch of the displays to a composited frame.
+/// The swap at which the displays switch to a composited frame.
 struct Swap {
     std::int64_t picoseconds = 0;
-    bool kept = false;  ///< pixels of the frame were lost, and the displays kept the picture before
+    bool kept = false;  ///< the displays kept the picture before, since pixels of the frame were lost
 };
 
 /// Raster pixels of all displays in all frames of a run.

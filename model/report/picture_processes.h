@@ -25,17 +25,17 @@ class PictureProcesses {
         std::size_t pixels_of_largest = 0;  ///< a larger picture is done by take() itself
     };
 
-    /// Without processes, take() does the work by itself.
-    /// work: what the processes call; what it needs is loaded before. given_back: may be empty if `work` gives none.
+    /// work: what the processes call, or take() itself without processes; what `work` needs is loaded before. given_back:
+    /// may be empty if `work` gives none.
     PictureProcesses(const Extent& extent, Work work, GivenBack given_back = {});
     PictureProcesses(const PictureProcesses&) = delete;
     PictureProcesses& operator=(const PictureProcesses&) = delete;
     /// Ends processes that still work; their pictures are lost.
     ~PictureProcesses();
 
-    /// Hands a picture to a process that has room for it, waiting until there is one. Each process does its pictures in
-    /// this order. If a process cannot do one because memory is short or since it was killed, it is done here. Throws
-    /// the OutputError or InputError that `work` threw for this picture or for an earlier one.
+    /// Waits for a process that has room, and hands it the picture. Each process does its pictures in the order of these
+    /// calls. A picture that a process cannot do because memory is short or it was killed is done here. Throws the
+    /// OutputError or InputError that `work` threw for this picture or for an earlier one.
     void take(const std::string& name, const ColourImage& picture);
     /// Waits for all pictures. Throws as take().
     void finish();

@@ -58,19 +58,19 @@ void RendererCounters::add_rejected_rows(std::uint32_t pair, const ValidatedTabl
     }
 }
 
-void ComposerCounters::add_glitch(const Glitch& glitch) {
-    if (starved_pixels == 0) first_glitch = glitch;
-    add_starved_pixels(glitch.frame, 1);
-    const bool goes_on = last_glitch && last_glitch->frame == glitch.frame && last_glitch->y == glitch.y &&
-                         last_glitch->x + 1 == glitch.x;
-    last_glitch = glitch;
+void ComposerCounters::add_starved_pixel(const StarvedPixel& pixel) {
+    if (starved_pixels == 0) first_glitch = pixel;
+    add_starved_pixels(pixel.frame, 1);
+    const bool goes_on = last_glitch && last_glitch->frame == pixel.frame && last_glitch->y == pixel.y &&
+                         last_glitch->x + 1 == pixel.x;
+    last_glitch = pixel;
     if (!goes_on) {
         ++starved_run_count;
         if (starved_run_count <= kStarvedRunsKept) {
-            starved_runs.push_back({glitch.frame, glitch.y, glitch.x, glitch.x});
+            starved_runs.push_back({pixel.frame, pixel.y, pixel.x, pixel.x});
         }
     } else if (starved_run_count <= kStarvedRunsKept) {
-        starved_runs.back().x_last = glitch.x;
+        starved_runs.back().x_last = pixel.x;
     }
 }
 
@@ -83,8 +83,8 @@ void ComposerCounters::add_starved_pixels(int frame, std::int64_t pixels) {
 
 void ComposerCounters::add_starved_run(const StarvedRun& run) {
     add_starved_pixels(run.frame, run.x_last - run.x_first + 1);
-    if (!first_glitch) first_glitch = Glitch{run.frame, run.x_first, run.y};
-    last_glitch = Glitch{run.frame, run.x_last, run.y};
+    if (!first_glitch) first_glitch = StarvedPixel{run.frame, run.x_first, run.y};
+    last_glitch = StarvedPixel{run.frame, run.x_last, run.y};
     ++starved_run_count;
     if (starved_run_count <= kStarvedRunsKept) starved_runs.push_back(run);
 }

@@ -64,12 +64,11 @@ struct RendererCounters {
     void add_rejected_rows(std::uint32_t pair, const ValidatedTable& table);
 };
 
-/// Where a raster pixel starved.
-struct Glitch {
+struct StarvedPixel {
     int frame = 0;
     int x = 0;
     int y = 0;
-    friend bool operator==(const Glitch& a, const Glitch& b) {
+    friend bool operator==(const StarvedPixel& a, const StarvedPixel& b) {
         return a.frame == b.frame && a.x == b.x && a.y == b.y;
     }
 };
@@ -98,8 +97,8 @@ struct ComposerCounters {
     std::int64_t replayed_pixels = 0;
     std::int64_t lost_pixels = 0;
     std::int64_t lost_tables = 0;
-    std::optional<Glitch> first_glitch;
-    std::optional<Glitch> last_glitch;
+    std::optional<StarvedPixel> first_glitch;
+    std::optional<StarvedPixel> last_glitch;
     std::int64_t starved_run_count = 0;
     std::vector<StarvedRun> starved_runs;          ///< the first kStarvedRunsKept
     std::vector<std::int64_t> starved_by_frame{};  ///< pixels, up to the last frame that has any
@@ -108,8 +107,8 @@ struct ComposerCounters {
         const auto f = static_cast<std::size_t>(frame);
         return f < starved_by_frame.size() ? starved_by_frame[f] : 0;
     }
-    /// Counts a starved raster pixel and where it lies. Pixels come in raster order.
-    void add_glitch(const Glitch& glitch);
+    /// Counts a starved raster pixel and its position. Pixels come in raster order.
+    void add_starved_pixel(const StarvedPixel& pixel);
     /// The same for a run of pixels that touches no other run.
     void add_starved_run(const StarvedRun& run);
 
@@ -125,15 +124,15 @@ struct DisplayCounters {
 
 struct FrameRecord {
     int index = 0;
-    std::int64_t start_cycle = 0;                ///< core cycle of the first pixel composited in any column
-    std::int64_t end_cycle = 0;                  ///< core cycle of the last pixel composited in any column
-    std::int64_t swap_cycle = 0;                 ///< core cycle in which the displays switched to it
-    bool kept = false;                           ///< they did not: pixels or tables of it were lost
+    std::int64_t start_cycle = 0;  ///< core cycle of the first pixel composited in any column
+    std::int64_t end_cycle = 0;    ///< core cycle of the last pixel composited in any column
+    std::int64_t swap_cycle = 0;   ///< core cycle in which the displays switched to it
+    bool kept = false;             ///< the displays kept the picture before: pixels or tables were lost
     std::optional<std::int64_t> latency_cycles;  ///< from the pairs' last DVI pixel; none if no pair is new
     std::vector<int> pairs;                      ///< the pair each renderer contributed, -1: none
     std::vector<std::int64_t> starved_pixels{};  ///< by display: of its raster, over its composers
-    /// By display: shown pixels that differ from those of a machine in which nothing starves and no link errs. None if
-    /// nobody has compared them.
+    /// By display: shown pixels that differ from those of a machine in which nothing starves and no link errs. None if the
+    /// pictures were not compared.
     std::optional<std::vector<std::int64_t>> wrong_pixels = std::nullopt;
 };
 
@@ -191,7 +190,7 @@ struct RunReport {
     std::int64_t raster_pixels = 0;         ///< of one display
     int memory_words_per_cycle = 1;
     int bus_width_bits = kPixelBits;
-    bool begins_anew = false;         ///< a fault resets the machine: counters go on, frames begin at 0 again
+    bool is_reset = false;  ///< a fault resets the machine: counters go on, frames count from 0 again
     std::optional<MachineCost> cost;  ///< none of a report that is not of a machine
     std::vector<FrameRecord> frames;
     std::vector<RendererCounters> renderers;
@@ -209,7 +208,7 @@ struct RunReport {
     ComposerCounters total_composer() const;
     DisplayCounters total_display() const;
     std::int64_t total_starved_pixels() const { return total_composer().starved_pixels; }
-    /// None if nobody has compared a frame in which pixels starved.
+    /// None if a frame in which pixels starved was not compared.
     std::optional<std::int64_t> total_wrong_pixels() const;
     std::optional<std::int64_t> wrong_pixels_of_display(std::size_t display) const;  ///< index
     std::int64_t starved_pixels_of_display(std::size_t display) const;
@@ -227,7 +226,7 @@ struct RunReport {
     FrameRates frame_rates() const;
 };
 
-/// What to know of a bus that is wider than its memory fills, in one line; empty for another one.
+/// A line about a bus that is wider than its memory fills; empty for any other bus.
 std::string idle_bus_line(int width_bits, int words_per_cycle);
 
 /// The report as JSON text, keys in a fixed order.

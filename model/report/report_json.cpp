@@ -79,7 +79,7 @@ Json renderer_json(const RendererCounters& renderer) {
     return json;
 }
 
-Json glitch_json(const std::optional<Glitch>& glitch) {
+Json glitch_json(const std::optional<StarvedPixel>& glitch) {
     if (!glitch) return nullptr;
     return {{"frame", glitch->frame}, {"x", glitch->x}, {"y", glitch->y}};
 }

@@ -280,9 +280,9 @@ std::string starved_list(const RunReport& report) {
         std::string line =
             composer_name(report, *composer) + ": " + counted(composer->starved_pixels, "pixel");
         if (composer->first_glitch) {
-            const Glitch& glitch = *composer->first_glitch;
-            line += ", first in frame " + std::to_string(glitch.frame) + " at x " + std::to_string(glitch.x) +
-                    ", y " + std::to_string(glitch.y);
+            const StarvedPixel& pixel = *composer->first_glitch;
+            line += ", first in frame " + std::to_string(pixel.frame) + " at x " + std::to_string(pixel.x) +
+                    ", y " + std::to_string(pixel.y);
         }
         const auto kept = static_cast<std::int64_t>(composer->starved_runs.size());
         if (composer->starved_run_count > kept && kept > 0) {

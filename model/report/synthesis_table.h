@@ -28,7 +28,7 @@ inline constexpr std::array<ComposerRow, 24> kComposers{{
     {4096, 64, 2, 4585, 952, 16, 22}, {4096, 256, 2, 6447, 1073, 16, 25}, {4096, 512, 2, 7203, 1073, 16, 25},
 }};
 
-/// Of the arbiter for so many displays, with a table of 256 slots more than that.
+/// The arbiter for so many displays, with a table of 256 slots and one more for each display.
 struct ArbiterRow {
     int displays;
     int lookup_tables;

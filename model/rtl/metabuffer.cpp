@@ -292,11 +292,12 @@ void Metabuffer::forget_frames() {
     }
 }
 
-void Metabuffer::on_glitch(const std::function<void(int, int, const Glitch&)>& callback) {
+void Metabuffer::on_starved_pixel(const std::function<void(int, int, const StarvedPixel&)>& callback) {
     for (std::size_t i = 0; i < composers_.size(); ++i) {
         const int renderer = static_cast<int>(i / displays()) + 1;
         const int display = static_cast<int>(i % displays()) + 1;
-        composers_[i]->on_glitch([=](const Glitch& glitch) { callback(renderer, display, glitch); });
+        composers_[i]->on_starved_pixel(
+            [=](const StarvedPixel& pixel) { callback(renderer, display, pixel); });
     }
 }
 

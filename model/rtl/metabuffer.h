@@ -35,10 +35,8 @@ class MachineFaults;
 ///
 /// Each clock domain has its clock; domains of equal period share one, since their edges are the same. All
 /// clocks rise at time 0; reset is high for the first two core clocks. With `links.layer: tmds` each link has an encoder
-/// and a decoder: tmds_encoder_in_r, tmds_decoder_in_r, tmds_encoder_out_d and tmds_decoder_out_d. Faults of the scenario inside the machine have
-/// blocks of their own (MachineFaults); a machine without such faults has none of them.
-///
-/// Only the blocks' own errors are raised; see their headers.
+/// and a decoder: tmds_encoder_in_r, tmds_decoder_in_r, tmds_encoder_out_d and tmds_decoder_out_d. Only machines with
+/// faults inside them have the blocks of MachineFaults. Errors are those of the blocks.
 class Metabuffer final : public Block {
   public:
     /// The scenario must have passed check_scenario and must outlive the machine.
@@ -54,7 +52,8 @@ class Metabuffer final : public Block {
     void on_finished(std::function<void()> callback) { on_finished_ = std::move(callback); }
 
     /// Called for each starved raster pixel of a composer (renderer and display from 1), `glitch` mode only.
-    void on_glitch(const std::function<void(int renderer, int display, const Glitch&)>& callback);
+    void on_starved_pixel(
+        const std::function<void(int renderer, int display, const StarvedPixel&)>& callback);
 
     /// What the watchdog found, one line for each block that waits; empty if it has not tripped.
     const std::vector<std::string>& watchdog_findings() const { return watchdog_findings_; }
@@ -65,8 +64,7 @@ class Metabuffer final : public Block {
 
     /// How many blocks trace_blocks would add.
     int matching_blocks(const std::vector<std::string>& patterns) const;
-    /// Adds the blocks whose names below the machine match one of the shell patterns (all blocks if there is
-    /// none), and the clocks.
+    /// Adds the clocks, and the blocks whose names within the machine match a shell pattern; all blocks without patterns.
     void trace_blocks(sc_core::sc_trace_file* file, const std::vector<std::string>& patterns) const;
     void trace(sc_core::sc_trace_file* file) const override;
 
@@ -74,8 +72,8 @@ class Metabuffer final : public Block {
     std::int64_t first_busready_drop_cycle() const;
     std::int64_t first_starved_cycle() const;
     std::int64_t startframe_cycle(int frame) const;
-    /// The pair that a renderer (index, from 0) contributes to a composited frame (from 0), -1: none yet; nothing
-    /// before its input framebuffer has started the frame.
+    /// The pair that a renderer (index, from 0) contributes to a composited frame (from 0); -1: the frame has none. Empty
+    /// before the renderer's input framebuffer has started the frame.
     std::optional<int> pair_of_frame(std::size_t renderer, int frame) const {
         const auto& sources = input_framebuffers_[renderer]->frame_sources();
         const auto f = static_cast<std::size_t>(frame);
@@ -85,8 +83,7 @@ class Metabuffer final : public Block {
     std::int64_t frame_end_cycle(int frame) const;
 
     std::int64_t core_cycle() const { return clock_edge_number(core_period_picoseconds_); }
-    /// Raster pixels that have left the pipelines, of raster_pixels_to_take() in the whole run: for a
-    /// progress display.
+    /// For a progress display: raster pixels that have left the pipelines, and those of the whole run.
     std::int64_t raster_pixels_taken() const;
     std::int64_t raster_pixels_to_take() const { return raster_pixels_of_run(scenario_); }
 
@@ -107,7 +104,7 @@ class Metabuffer final : public Block {
     /// The clock of a renderer's link (index): the DVI input clock, unless a fault lets it drift.
     sc_core::sc_signal<bool>& link_clk(std::size_t renderer) { return *link_clks_[renderer]; }
     sc_core::sc_clock& dvi_out_clk() { return dvi_out_clk_->clk; }
-    // The same as the blocks have them, for clocked modules that sleep as well.
+    // The gated clocks of the blocks, for other modules that sleep (rtl/clocked.h).
     const sc_core::sc_signal_in_if<bool>& core_clk_of_blocks() const { return core_clk_->of_blocks(); }
     const sc_core::sc_signal_in_if<bool>& link_clk_of_blocks(std::size_t renderer) const {
         const sc_core::sc_signal<bool>& clk = *link_clks_[renderer];
@@ -154,7 +151,7 @@ class Metabuffer final : public Block {
     std::int64_t dvi_in_period_picoseconds_;
     std::int64_t dvi_out_period_picoseconds_;
 
-    /// The clocks of one period: as it is, and as the blocks have it.
+    /// A clock, and the gated one that the blocks have.
     struct Clock {
         Clock(const char* name, std::int64_t period_picoseconds, ClockGating gating);
         sc_core::sc_clock clk;

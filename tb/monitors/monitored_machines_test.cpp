@@ -27,8 +27,8 @@ std::string first_lines(const std::vector<monitors::Violation>& violations) {
 }
 
 bool same(const ComposerCounters& a, const ComposerCounters& b) {
-    const auto glitch = [](const std::optional<Glitch>& place) {
-        return place ? std::vector<int>{place->frame, place->x, place->y} : std::vector<int>{};
+    const auto glitch = [](const std::optional<StarvedPixel>& pixel) {
+        return pixel ? std::vector<int>{pixel->frame, pixel->x, pixel->y} : std::vector<int>{};
     };
     return a.renderer == b.renderer && a.display == b.display && a.starved_pixels == b.starved_pixels &&
            a.stalled_cycles == b.stalled_cycles && a.buffer_high_water == b.buffer_high_water &&

@@ -356,8 +356,9 @@ class RandomComposer final : public Lockstep<rtl::Composer> {
           scenario_(std::move(scenario)),
           observer_(scenario_, 0, display - 1),
           bus_master_(scenario_, display, habits, bench.random) {
-        dut().on_glitch([this](const Glitch& glitch) { glitches_.push_back(glitch); });
-        observer_.on_glitch([this](const Glitch& glitch) { due_glitches_.push_back(glitch); });
+        dut().on_starved_pixel([this](const StarvedPixel& pixel) { starved_pixels_.push_back(pixel); });
+        observer_.on_starved_pixel(
+            [this](const StarvedPixel& pixel) { due_starved_pixels_.push_back(pixel); });
     }
 
     void stimulate() override {
@@ -420,7 +421,7 @@ class RandomComposer final : public Lockstep<rtl::Composer> {
         CHECK(counters.starved_runs == due.starved_runs);
         CHECK(counters.starved_run_count == due.starved_run_count);
         CHECK(counters.starved_by_frame == due.starved_by_frame);
-        CHECK(glitches_ == due_glitches_);
+        CHECK(starved_pixels_ == due_starved_pixels_);
         CHECK(dut().first_busready_drop_cycle() == observer_.first_busready_drop_cycle());
         CHECK(dut().first_starved_cycle() == observer_.first_starved_cycle());
         const auto same = [](const ComposerRecord::FrameSpan& a, const ComposerRecord::FrameSpan& b) {
@@ -484,7 +485,7 @@ class RandomComposer final : public Lockstep<rtl::Composer> {
     Scenario scenario_;
     monitors::ComposerObserver observer_;
     RandomBus bus_master_;
-    std::vector<Glitch> glitches_, due_glitches_;
+    std::vector<StarvedPixel> starved_pixels_, due_starved_pixels_;
     int position_ = kIdle;  ///< of the raster that comes from above
     int hold_ = 0;          ///< clocks in which another composer holds the column
     bool master_ = false;   ///< the strap, as reset has read it

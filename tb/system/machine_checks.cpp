@@ -92,13 +92,13 @@ std::int64_t unneeded_pixels_of(const MachineRun& run, std::size_t renderer) {
 
 /// Each starved pixel is counted and located once; `stall` mode has none, `glitch` mode never stalls.
 void check_starvation(const MachineRun& run) {
-    CHECK_FALSE(run.glitches_malformed());
+    CHECK_FALSE(run.starved_pixels_malformed());
     for (const ComposerCounters& composer : run.report().composers) {
         INFO("composer " << composer.renderer << "_" << composer.display);
-        CHECK(composer.starved_pixels == run.glitches_located(composer.renderer, composer.display));
+        CHECK(composer.starved_pixels == run.starved_pixels_located(composer.renderer, composer.display));
         CHECK(composer.first_glitch.has_value() == (composer.starved_pixels > 0));
         if (composer.first_glitch) {
-            CHECK(run.has_glitch(composer.renderer, composer.display, *composer.first_glitch));
+            CHECK(run.has_starved_pixel(composer.renderer, composer.display, *composer.first_glitch));
         }
         if (glitches(run.scenario())) {
             CHECK(composer.stalled_cycles == 0);

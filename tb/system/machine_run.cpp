@@ -17,14 +17,15 @@ MachineRun::MachineRun(const std::string& name, Scenario scenario, rtl::ClockGat
       monitors_(std::make_unique<monitors::MachineMonitors>((name + "_monitors").c_str(), scenario_,
                                                             *machine_, violations_)),
       shown_(scenario_),
-      glitches_(scenario_.renderers.size() * static_cast<std::size_t>(scenario_.displays.count())),
-      located_(glitches_.size()),
+      starved_pixels_(scenario_.renderers.size() * static_cast<std::size_t>(scenario_.displays.count())),
+      located_(starved_pixels_.size()),
       coverage_(*machine_, scenario_) {
     machine_->on_frame_shown([this](const DisplayedFrame& displayed) {
         shown_.take(displayed.frame, displayed.display, displayed.picture);
     });
-    machine_->on_glitch(
-        [this](int renderer, int display, const Glitch& glitch) { take_glitch(renderer, display, glitch); });
+    machine_->on_starved_pixel([this](int renderer, int display, const StarvedPixel& pixel) {
+        take_starved_pixel(renderer, display, pixel);
+    });
     machine_->on_finished([this] {
         report_ = machine_->report();
         window_events_ = window_events_of(*machine_, scenario_.frames);
@@ -41,32 +42,32 @@ std::size_t MachineRun::composer(int renderer, int display) const {
     return static_cast<std::size_t>((renderer - 1) * scenario_.displays.count() + display - 1);
 }
 
-void MachineRun::take_glitch(int renderer, int display, const Glitch& glitch) {
+void MachineRun::take_starved_pixel(int renderer, int display, const StarvedPixel& pixel) {
     const int width = scenario_.displays.raster_width_pixels();
     const int height = scenario_.displays.raster_height_pixels();
-    if (glitch.frame < 0 || glitch.frame >= scenario_.frames || glitch.x < 0 || glitch.x >= width ||
-        glitch.y < 0 || glitch.y >= height) {
-        glitches_malformed_ = true;
+    if (pixel.frame < 0 || pixel.frame >= scenario_.frames || pixel.x < 0 || pixel.x >= width ||
+        pixel.y < 0 || pixel.y >= height) {
+        starved_pixels_malformed_ = true;
         return;
     }
-    std::vector<bool>& flags = glitches_.at(composer(renderer, display));
+    std::vector<bool>& flags = starved_pixels_.at(composer(renderer, display));
     flags.resize(static_cast<std::size_t>(scenario_.frames) * static_cast<std::size_t>(width) *
                  static_cast<std::size_t>(height));
-    const auto flag = static_cast<std::size_t>((glitch.frame * height + glitch.y) * width + glitch.x);
-    glitches_malformed_ = glitches_malformed_ || flags[flag];
+    const auto flag = static_cast<std::size_t>((pixel.frame * height + pixel.y) * width + pixel.x);
+    starved_pixels_malformed_ = starved_pixels_malformed_ || flags[flag];
     flags[flag] = true;
     ++located_[composer(renderer, display)];
 }
 
-bool MachineRun::has_glitch(int renderer, int display, const Glitch& glitch) const {
-    const std::vector<bool>& flags = glitches_.at(composer(renderer, display));
+bool MachineRun::has_starved_pixel(int renderer, int display, const StarvedPixel& pixel) const {
+    const std::vector<bool>& flags = starved_pixels_.at(composer(renderer, display));
     const int width = scenario_.displays.raster_width_pixels();
     const int height = scenario_.displays.raster_height_pixels();
-    const auto flag = static_cast<std::size_t>((glitch.frame * height + glitch.y) * width + glitch.x);
+    const auto flag = static_cast<std::size_t>((pixel.frame * height + pixel.y) * width + pixel.x);
     return flag < flags.size() && flags[flag];
 }
 
-std::int64_t MachineRun::glitches_located(int renderer, int display) const {
+std::int64_t MachineRun::starved_pixels_located(int renderer, int display) const {
     return located_.at(composer(renderer, display));
 }
 

@@ -43,26 +43,26 @@ class MachineRun {
     /// How often a frame was shown first: 1 for each frame and display of a whole run.
     int times_shown(int frame, int display) const { return shown_.times_shown(frame, display); }
 
-    /// Whether renderer and display (from 1) reported a glitch at that raster pixel.
-    bool has_glitch(int renderer, int display, const Glitch& glitch) const;
-    std::int64_t glitches_located(int renderer, int display) const;
+    /// Whether renderer and display (from 1) reported that raster pixel as starved.
+    bool has_starved_pixel(int renderer, int display, const StarvedPixel& pixel) const;
+    std::int64_t starved_pixels_located(int renderer, int display) const;
     /// A pixel was located twice, or outside the raster or the run.
-    bool glitches_malformed() const { return glitches_malformed_; }
+    bool starved_pixels_malformed() const { return starved_pixels_malformed_; }
 
     void read_drained_report() { drained_report_ = machine_->report(); }
 
   private:
     std::size_t composer(int renderer, int display) const;
-    void take_glitch(int renderer, int display, const Glitch& glitch);
+    void take_starved_pixel(int renderer, int display, const StarvedPixel& pixel);
 
     Scenario scenario_;
     std::unique_ptr<rtl::Metabuffer> machine_;
     monitors::ViolationLog violations_;
     std::unique_ptr<monitors::MachineMonitors> monitors_;
     ShownPictures shown_;
-    std::vector<std::vector<bool>> glitches_;  ///< by composer: one flag a raster pixel and frame
-    std::vector<std::int64_t> located_;        ///< by composer
-    bool glitches_malformed_ = false;
+    std::vector<std::vector<bool>> starved_pixels_;  ///< by composer: one flag a raster pixel and frame
+    std::vector<std::int64_t> located_;              ///< by composer
+    bool starved_pixels_malformed_ = false;
     RunReport report_;
     WindowEvents window_events_;
     RunReport drained_report_;

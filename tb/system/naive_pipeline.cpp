@@ -22,7 +22,7 @@ ColourImage picture_without_glitches(const MachineRun& run, int frame, int displ
     const auto bottom_of_pipeline = [&](int x, int y) {
         missing.clear();
         for (int r = 0; r < static_cast<int>(contributions.size()); ++r) {
-            if (run.has_glitch(r + 1, display, {frame, x, y})) missing.push_back(r);
+            if (run.has_starved_pixel(r + 1, display, {frame, x, y})) missing.push_back(r);
         }
         return reference.column(contributions, display, x, y, missing).bottom();
     };

@@ -130,7 +130,7 @@ TEST_CASE("bottleneck: none without frames or clocks") {
     report.watchdog = {"composer_1_1 waits"};
     CHECK_FALSE(find_bottleneck(report));
     report = run();
-    report.begins_anew = true;
+    report.is_reset = true;
     CHECK_FALSE(find_bottleneck(report));
 }
 

@@ -84,7 +84,7 @@ TEST_CASE("machine report: what the blocks have counted, by renderer, composer, 
     CHECK(report.memory_words_per_cycle == 3);
     CHECK(report.bus_width_bits == 48);
     CHECK(report.corrected_displays == std::vector<int>{2});
-    CHECK_FALSE(report.begins_anew);
+    CHECK_FALSE(report.is_reset);
     REQUIRE(report.cost.has_value());
     CHECK(report.cost->bus_wires == machine_cost(scenario).bus_wires);
     CHECK(report.watchdog == std::vector<std::string>{"composer_1_1 waits"});
@@ -140,16 +140,16 @@ TEST_CASE("machine report: a single pixel that starved is enough for only pictur
     CHECK_FALSE(report.frames.at(0).wrong_pixels);
 }
 
-TEST_CASE("machine report: only a run with a reset begins anew") {
+TEST_CASE("machine report: only a run with a fault of kind reset counts as reset") {
     const ShownFrames shown(3);
     Scenario scenario = two_renderers();
-    const auto begins_anew = [&] { return MachineReport(scenario, "rtl", shown, 1).finish({}).begins_anew; };
-    CHECK_FALSE(begins_anew());
+    const auto is_reset = [&] { return MachineReport(scenario, "rtl", shown, 1).finish({}).is_reset; };
+    CHECK_FALSE(is_reset());
     scenario.faults.resize(1);
     scenario.faults.front().kind = FaultKind::kBusreadyLow;
-    CHECK_FALSE(begins_anew());
+    CHECK_FALSE(is_reset());
     scenario.faults.front().kind = FaultKind::kReset;
-    CHECK(begins_anew());
+    CHECK(is_reset());
 }
 
 }  // namespace

@@ -162,7 +162,7 @@ TEST_CASE("what only one report has is reported, of a list of texts the first, a
           Lines{"frames[0].pairs[2]: rtl none, tlm 4"});
     CHECK(
         differences_of([](RunReport& report) {
-            report.composers[0].first_glitch = Glitch{0, 3, 4};
+            report.composers[0].first_glitch = StarvedPixel{0, 3, 4};
         }) ==
         Lines{R"(composers[renderer ball, display 1].first_glitch: rtl null, tlm {"frame":0,"x":3,"y":4})"});
     const ReportComparison other_keys = compare_reports(R"({"a": 1, "level": 1})", R"({"b": {"c": 2}})");

@@ -57,9 +57,11 @@ RunReport troubled_run() {
 
     report.composers.resize(4);
     report.composers[0] = {1, 1, 0, 0, 1024, 12, 0, 0, 0, 0, std::nullopt, std::nullopt, 0, {}};
-    report.composers[1] = {1, 2, 30, 0, 992, 3, 5, 6000, 0, 0, Glitch{1, 12, 40}, Glitch{1, 12, 40}, 0, {}};
+    report.composers[1] = {
+        1, 2, 30, 0, 992, 3, 5, 6000, 0, 0, StarvedPixel{1, 12, 40}, StarvedPixel{1, 12, 40}, 0, {}};
     report.composers[2] = {2, 1, 0, 25, 64, 1, 0, 100, 0, 0, std::nullopt, std::nullopt, 0, {}};
-    report.composers[3] = {2, 2, 1204, 0, 0, 0, 7, 0, 0, 0, Glitch{0, 3, 4}, Glitch{0, 3, 4}, 0, {}};
+    report.composers[3] = {2, 2, 1204, 0, 0, 0, 7, 0, 0, 0, StarvedPixel{0, 3, 4}, StarvedPixel{0, 3, 4},
+                           0, {}};
     report.displays.resize(2);
     report.corrected_displays = {2};
     report.displays[0] = {3, 25};
@@ -133,15 +135,15 @@ RunReport big_run(int renderers, int displays) {
 
 TEST_CASE("report: starved pixels side by side are one run, and runs beyond those kept are still counted") {
     ComposerCounters counters;
-    for (const Glitch& glitch : {Glitch{0, 3, 5}, Glitch{0, 4, 5}, Glitch{0, 6, 5}, Glitch{0, 7, 6},
-                                 Glitch{1, 8, 6}, Glitch{1, 9, 6}}) {
-        counters.add_glitch(glitch);
+    for (const StarvedPixel& pixel : {StarvedPixel{0, 3, 5}, StarvedPixel{0, 4, 5}, StarvedPixel{0, 6, 5},
+                                      StarvedPixel{0, 7, 6}, StarvedPixel{1, 8, 6}, StarvedPixel{1, 9, 6}}) {
+        counters.add_starved_pixel(pixel);
     }
     CHECK(counters.starved_pixels == 6);
-    CHECK(counters.first_glitch == Glitch{0, 3, 5});
+    CHECK(counters.first_glitch == StarvedPixel{0, 3, 5});
     CHECK(counters.starved_runs ==
           std::vector<StarvedRun>{{0, 5, 3, 4}, {0, 5, 6, 6}, {0, 6, 7, 7}, {1, 6, 8, 9}});
-    for (int y = 0; y < 2 * kStarvedRunsKept; ++y) counters.add_glitch({2, 0, y});
+    for (int y = 0; y < 2 * kStarvedRunsKept; ++y) counters.add_starved_pixel({2, 0, y});
     CHECK(counters.starved_run_count == 4 + 2 * kStarvedRunsKept);
     CHECK(static_cast<std::int64_t>(counters.starved_runs.size()) == kStarvedRunsKept);
 }

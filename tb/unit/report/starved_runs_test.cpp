@@ -28,7 +28,7 @@ TEST_CASE("a run of starved pixels counts as each of its pixels does, and ends w
                 while (x < 100) {
                     const StarvedRun run{frame, y, x, x + (random.one_in(2) ? 0 : random.between(0, 12))};
                     by_run.add_starved_run(run);
-                    for (; x <= run.x_last; ++x) by_pixel.add_glitch({frame, x, y});
+                    for (; x <= run.x_last; ++x) by_pixel.add_starved_pixel({frame, x, y});
                     x += random.between(1, 20);  // one pixel between two runs at least
                 }
                 if (y % 20 == 0) check_same(by_run, by_pixel);
@@ -43,7 +43,7 @@ TEST_CASE("a run of starved pixels counts as each of its pixels does, and ends w
     for (const StarvedRun& run :
          {StarvedRun{0, 4, 9, 9}, StarvedRun{0, 5, 10, 10}, StarvedRun{1, 5, 11, 11}}) {
         by_run.add_starved_run(run);
-        by_pixel.add_glitch({run.frame, run.x_first, run.y});
+        by_pixel.add_starved_pixel({run.frame, run.x_first, run.y});
     }
     CHECK(by_run.starved_run_count == 3);
     check_same(by_run, by_pixel);

@@ -505,7 +505,7 @@ class ColumnReplay {
             const ComposerCounters& counters = buffer.finish(end_, stalled);
             ComposerCounters wanted;
             for (const NaiveStarved& pixel : log.starved) {
-                if (pixel.clock <= end_) wanted.add_glitch({pixel.frame, pixel.x, pixel.y});
+                if (pixel.clock <= end_) wanted.add_starved_pixel({pixel.frame, pixel.x, pixel.y});
             }
             REQUIRE(counters.starved_pixels == wanted.starved_pixels);
             REQUIRE(counters.starved_run_count == wanted.starved_run_count);
