@@ -17,16 +17,17 @@ namespace metabuffer::rtl {
 /// the scenario's policy (datapath/arbitration). Line i of each kind belongs to row i of the frame's table; a frame
 /// with fewer rows than displays leaves the last lines low.
 ///
-/// Timing: the answer is combinational, from the request lines and the slot pointer of the clock to the grant lines of
-/// the same clock. So a granted burst's first beat follows the last beat of the burst before it without a gap, and
-/// recovering slots costs no clock. The slot pointer is a register: it advances at the edge that sees take_i with a
-/// grant or a lost slot. start_i is high for one clock and begins a frame: from the next edge on the frame's slot table
-/// is used, from slot 0.
+/// Timing; G is grant_cycles:
 ///
-/// With grant_cycles = G > 0 the answer is registered. It is decided at the edge that sees take_i while a line could be
-/// granted or a slot lost. It stands after G edges, the deciding one included, whatever the lines do meanwhile, until
-/// take_i takes it. A slot table that the hardware builds takes one clock per slot after the edge that sees start_i;
-/// nothing is decided before it is built. search_o is high while an answer is on its way.
+/// | condition | clock | effect |
+/// | --- | --- | --- |
+/// | G = 0 | the same | grant lines and lost_o answer the request lines, combinationally; recovered slots cost nothing |
+/// | G > 0, take_i high, a line can be granted or a slot lost | edge n | the answer is decided |
+/// | take_i stays high | after edge n + G - 1 | the answer stands, whatever the request lines do, until the edge that takes it |
+/// | take_i high with a grant or a lost slot | edge n | the bus takes the answer; the slot pointer moves past that slot |
+/// | start_i high (one clock) | edge n | a frame begins; its slot table is used from slot 0 |
+/// | start_i high, the hardware builds a table of S slots | edges n + 1 to n + S | no answer |
+/// | the table is being built, or an answer can be decided and does not stand yet | the same | search_o is high |
 class BusArbiter final : public Block {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};      ///< core clock

@@ -16,8 +16,8 @@ namespace metabuffer::rtl {
 /// composer's pixels, those of tables, or any. Instead of a lost beat the composer sees a clock without a beat. Not in
 /// the paper: a test double for a broken connector.
 ///
-/// Combinational: a beat that is not lost is seen in the same clock. A fault from core cycle c on loses the first beats
-/// that the edge of core cycle c, or a later one, would have read.
+/// Combinational: a beat that is not lost is seen in the same clock. A fault from core cycle c on loses beats that the
+/// composer would have read at the edge of core cycle c or later.
 class BusFault final : public Block {
   public:
     sc_core::sc_in<BusBeat> bus_i{"bus_i"};

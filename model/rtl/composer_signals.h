@@ -16,10 +16,10 @@ inline int segment_pixel_bits(const Scenario& scenario) {
     return 1 + bits_for(most_segment_pixels(displays.raster_width_pixels(), displays.raster_height_pixels()));
 }
 
-/// Where the frame's pixels lie on the raster: of the frame that is composited, or is next.
+/// The segment of the head frame: the frame that is composited, or comes next.
 struct HeadSegment {
-    bool shown = false;  ///< false: none of it does
-    Segment segment;
+    bool shown = false;  ///< the head frame has a segment here
+    Segment segment;     ///< only if shown
 
     template <typename See>
     static void visit_fields(const See& see) {
@@ -40,10 +40,10 @@ inline bool operator==(const HeadSegment& a, const HeadSegment& b) {
     return a.shown == b.shown && a.segment.row() == b.segment.row();
 }
 
-/// What has come of that segment.
+/// How much of the head frame's segment has come.
 struct SegmentProgress {
-    bool abandoned = false;          ///< pixels or rows of the frame were lost: nothing of it shows any more
-    std::int64_t arrived = 0;        ///< pixels, in their order
+    bool abandoned = false;    ///< pixels or table rows of the frame were lost: its segment no longer shows
+    std::int64_t arrived = 0;  ///< pixels 0 to arrived - 1 have come
     std::uint32_t base_address = 0;  ///< of pixel 0 in the FIFO
 
     bool has_arrived(std::int64_t pixel) const { return pixel < arrived; }
@@ -57,11 +57,10 @@ struct SegmentProgress {
     }
 };
 
-/// What is not needed any more after the position that is composited next: the pixels up to last_use, if that is one, and
-/// the frame.
+/// What the raster position that is composited next uses for the last time.
 struct PixelUse {
-    bool ends_frame = false;
-    std::int64_t last_use = Segment::kNoPixel;
+    bool ends_frame = false;                    ///< the position is the frame's last
+    std::int64_t last_use = Segment::kNoPixel;  ///< the segment's pixels up to this one
 
     bool any() const { return ends_frame || last_use != Segment::kNoPixel; }
 

@@ -5,8 +5,8 @@
 namespace metabuffer::rtl {
 
 DisplayMemory::DisplayMemory(const sc_core::sc_module_name& name, std::int64_t pixels) : Block(name) {
-    for (std::vector<std::uint32_t>& bank : banks_) {
-        bank.resize(static_cast<std::size_t>(pixels));
+    for (std::vector<std::uint32_t>& picture : pictures_) {
+        picture.resize(static_cast<std::size_t>(pixels));
     }
     write_clocked_.reads({&writes_i, &write_i});
     read_clocked_.reads({&reset_i, &reads_i, &read_i});
@@ -16,7 +16,7 @@ void DisplayMemory::write_edge() {
     if (writes_i.read()) {
         write_clocked_.stay_awake();
         const DisplayWrite& write = write_i.read();
-        at(write.bank, write.address, "write") = write.colour;
+        at(write.picture, write.address, "write") = write.colour;
     }
 }
 
@@ -25,13 +25,13 @@ void DisplayMemory::read_edge() {
         read_clocked_.stay_awake();
         const DisplayRead& read = read_i.read();
         const DisplayWrite& write = write_i.read();
-        const bool comes = writes_i.read() && write.bank == read.bank && write.address == read.address;
-        data_o.write(comes ? write.colour : at(read.bank, read.address, "read"));
+        const bool comes = writes_i.read() && write.picture == read.picture && write.address == read.address;
+        data_o.write(comes ? write.colour : at(read.picture, read.address, "read"));
     }
 }
 
-std::uint32_t& DisplayMemory::at(bool bank, std::uint32_t address, const char* what) {
-    std::vector<std::uint32_t>& pixels = banks_[bank ? 1 : 0];
+std::uint32_t& DisplayMemory::at(bool picture, std::uint32_t address, const char* what) {
+    std::vector<std::uint32_t>& pixels = pictures_[picture ? 1 : 0];
     if (address >= pixels.size()) {
         SC_REPORT_ERROR("/metabuffer/display_memory/address",
                         (std::string(name()) + " of " + std::to_string(pixels.size()) +

@@ -10,13 +10,16 @@
 
 namespace metabuffer::rtl {
 
-/// The memory of an output framebuffer (section 4 of the paper): two banks of display pixels, one that is written and one
-/// that is shown. It has a write port and a read port, each with a clock of its own, as a block RAM has.
+/// The memory of an output framebuffer (section 4 of the paper): two pictures, of which one is written while the other is
+/// shown. It has a write port and a read port, each with a clock of its own, as a block RAM has.
 ///
-/// Timing: what stands at write_i at an edge of the core clock is stored there. A pixel that is read at an edge of the DVI
-/// output clock stands at data_o after it, until the next one is read. A pixel that stands at write_i when it is read is
-/// read as it will be stored; that takes a core clock slower than the six blank lines before a frame.
+/// | condition | clock | effect |
+/// | --- | --- | --- |
+/// | writes_i high | core edge | write_i is stored |
+/// | reads_i high | DVI output edge | data_o has the pixel of read_i, until the next read |
+/// | reads_i high, writes_i high, both with one address | DVI output edge | data_o has the colour of write_i |
 ///
+/// The last line occurs only if a core clock is longer than the six blank lines before a frame.
 /// Raises /metabuffer/display_memory/address for an address that it does not have.
 class DisplayMemory final : public Block {
   public:
@@ -38,9 +41,9 @@ class DisplayMemory final : public Block {
     void write_edge();
     void read_edge();
     void reset() { data_o.write(0); }
-    std::uint32_t& at(bool bank, std::uint32_t address, const char* what);
+    std::uint32_t& at(bool picture, std::uint32_t address, const char* what);
 
-    std::array<std::vector<std::uint32_t>, 2> banks_;
+    std::array<std::vector<std::uint32_t>, 2> pictures_;
     RegisterSet read_registers_;  ///< none besides data_o
     Clocked write_clocked_{*this, clk_i, &DisplayMemory::write_edge};
     Clocked read_clocked_{

@@ -7,7 +7,7 @@
 namespace metabuffer::rtl {
 namespace {
 
-constexpr int kPayloadPlaceBits = bits_for(kControlHeaderBytes + 0xFFFF * kControlRowBytes);
+constexpr int kPayloadOffsetBits = bits_for(kControlHeaderBytes + 0xFFFF * kControlRowBytes);
 constexpr unsigned kByteBits = 8;
 
 }  // namespace
@@ -17,7 +17,7 @@ DviDecoder::DviDecoder(const sc_core::sc_module_name& name, const DviTiming& tim
       timing_(timing),
       x_(registers_, "x", bits_for(timing.active_pixels)),
       line_(registers_, "line", bits_for(timing.active_lines)),
-      payload_at_(registers_, "payload_at", kPayloadPlaceBits),
+      payload_at_(registers_, "payload_at", kPayloadOffsetBits),
       pixel_(registers_, "pixel", bits_for(std::int64_t{timing.active_pixels} * timing.active_lines - 1)) {
     control_.reserve(static_cast<std::size_t>(timing.active_pixels));
 }
@@ -84,25 +84,25 @@ void DviDecoder::take_pixel(std::uint32_t data, DecodedPixel& pixel, DecoderEven
     ++x_;
 }
 
-/// What it passes of a frame that turns out not to be a good depth frame is not used.
+/// Reports the payload's bytes of a depth frame. They do not count if the frame turns out to be bad.
 void DviDecoder::pass_payload(std::uint32_t data, DecoderEvent& event) {
     for (int i = 0; i < kLinkBytesPerPixel; ++i) {
-        const int place = kLinkBytesPerPixel * x_ + i;
+        const int offset = kLinkBytesPerPixel * x_ + i;
         const std::uint32_t byte =
             (data >> (kByteBits * static_cast<unsigned>(kLinkBytesPerPixel - 1 - i))) & 0xFFU;
-        if (place == kControlRowCountOffset) {
+        if (offset == kControlRowCountOffset) {
             payload_at_ = static_cast<int>(byte);
-        } else if (place == kControlRowCountOffset + 1) {
+        } else if (offset == kControlRowCountOffset + 1) {
             payload_at_ =
                 kControlHeaderBytes + kControlRowBytes * (payload_at_ + static_cast<int>(byte << kByteBits));
             payload_left_ = 0;
-        } else if (place < kControlHeaderBytes) {
+        } else if (offset < kControlHeaderBytes) {
             continue;
-        } else if (place == payload_at_) {
+        } else if (offset == payload_at_) {
             payload_left_ = byte;
-        } else if (place == payload_at_ + 1) {
+        } else if (offset == payload_at_ + 1) {
             payload_left_ = payload_left_ | (byte << kByteBits);
-        } else if (place > payload_at_ && payload_left_ > 0) {
+        } else if (offset > payload_at_ && payload_left_ > 0) {
             --payload_left_;
             event.payload[event.payload_bytes++] = static_cast<std::uint8_t>(byte);
         }

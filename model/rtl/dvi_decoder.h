@@ -15,14 +15,19 @@ namespace metabuffer::rtl {
 /// The DVI frame decoder between a renderer's link and its input framebuffer (section 4 of the paper). It finds frames
 /// from VSYNC and DE, colour and depth from the control scanline, and pairs from the frame numbers (PairFollower).
 ///
-/// Timing: all outputs are registered. A pixel on the link at one clock is on pixel_o after the next. The verdict on
-/// the control scanline is on event_o after the clock that sees DE fall at its end, and the table's rows follow, one
-/// per clock. The payload of a depth frame's control scanline, the slot table, is on event_o as it passes. The verdict
-/// on a frame is on event_o after the clock that sees VSYNC rise at its end.
+/// Timing; all outputs are registered:
 ///
-/// Rejects and counts, by cause: a frame of the wrong geometry, a control scanline with a bad magic, version,
-/// CRC or kind, a pair whose two numbers differ or that lacks a frame. After a rejection it ignores
-/// everything up to the next good colour frame.
+/// | what the edge reads | what is driven at that edge |
+/// | --- | --- |
+/// | a pixel of the image | pixel_o |
+/// | three bytes of a depth frame's control scanline | event_o: payload (the slot table) |
+/// | DE low after a colour frame's control scanline | event_o: its verdict; then a table row at each edge |
+/// | DE low after a depth frame's control scanline | event_o: its verdict |
+/// | VSYNC high after a frame | event_o: the frame's verdict |
+///
+/// Rejects and counts, by cause: a frame of the wrong geometry; a control scanline with a bad magic, version, CRC or
+/// kind; a pair whose two numbers differ or that lacks a frame. After a rejection the decoder ignores everything up to
+/// the next good colour frame.
 class DviDecoder final : public Block {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};      ///< DVI input clock
@@ -50,8 +55,9 @@ class DviDecoder final : public Block {
 
     DviTiming timing_;
 
-    std::vector<std::uint32_t> control_;  ///< memory: the scanline under way
-    ViewportTable table_;                 ///< likewise: its rows from next_row_ on are still to be reported
+    // Two memories. Reset empties them, as it resets all registers.
+    std::vector<std::uint32_t> control_;  ///< the scanline under way
+    ViewportTable table_;                 ///< its rows from next_row_ on are still to be reported
 
     RegisterSet registers_;
     Register<PairFollower> pairs_{registers_, "pair"};
@@ -60,7 +66,7 @@ class DviDecoder final : public Block {
     Register<int> x_;
     Register<int> line_;
     Register<std::uint32_t> next_row_{registers_, "next_row", 16};
-    Register<int> payload_at_;  ///< byte of the scanline where the payload's length stands
+    Register<int> payload_at_;  ///< byte of the scanline at which the payload's length begins
     Register<std::uint32_t> payload_left_{registers_, "payload_left", 16};  ///< bytes still to pass
     Register<DecodedPixel> pixel_;
     Register<DecoderEvent> event_{registers_, "event"};

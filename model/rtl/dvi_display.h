@@ -11,8 +11,8 @@
 
 namespace metabuffer::rtl {
 
-/// A display, box E of the paper's Figure 1: a monitor that captures what it is shown. It knows nothing of
-/// the machine; it finds frames from VSYNC and DE and measures their geometry.
+/// A display, box E of the paper's Figure 1: a monitor that captures its pictures. It knows nothing of the machine; it
+/// finds frames from VSYNC and DE and measures their geometry.
 ///
 /// Timing: a frame is captured at the edge that sees VSYNC rise after it.
 /// Raises /metabuffer/dvi_display/geometry (a warning) for a frame whose lines differ in length.
@@ -34,7 +34,7 @@ class DviDisplay final : public Block {
     std::int64_t frames_captured() const { return frames_captured_; }
 
   private:
-    static constexpr int kSizeBits = 32;  ///< enough for any mode, since it knows none
+    static constexpr int kSizeBits = 32;  ///< enough for any mode
 
     void clock_edge();
     void reset() { registers_.reset(); }
@@ -49,7 +49,7 @@ class DviDisplay final : public Block {
     RegisterSet registers_;
     Register<int> x_{registers_, "x", kSizeBits};
     Register<bool> in_frame_{registers_, "in_frame"};
-    Register<bool> ragged_{registers_, "ragged"};  ///< its lines differ in length
+    Register<bool> ragged_{registers_, "ragged"};  ///< the frame's lines differ in length
     Register<DviLink> previous_{registers_, "previous"};
     Clocked clocked_{*this, clk_i, reset_i, registers_, &DviDisplay::clock_edge, &DviDisplay::reset};
 };

@@ -3,7 +3,7 @@
 namespace metabuffer::rtl {
 namespace {
 
-/// From a pixel's read at read_o to its place on the link.
+/// Clocks from a pixel's read at read_o to the pixel on the link.
 constexpr int kReadClocks = 2;
 /// Of the horizontal sync, from the end of the active pixels.
 constexpr int kSyncStart = DviTiming::kHorizontalFrontPixels;

@@ -13,25 +13,30 @@
 
 namespace metabuffer::rtl {
 
-/// The DVI timing of an output framebuffer (sections 4 and 5.4 of the paper): it drives its display and swaps the banks of
-/// the display's memory.
+/// The DVI timing of an output framebuffer (sections 4 and 5.4 of the paper): it drives its display and swaps the two
+/// pictures of the display memory, front (shown) and back (written).
 ///
-/// Timing, in the DVI output clock; every output is registered. Frame follows frame of DviTiming from reset on, in step on
-/// all displays. SWAPLOCK (every FRAMEDONE) crosses through two registers; if it has been seen by the first clock of a
-/// DVI frame, the banks swap there. SWAPSKIP (any FRAMEBAD) is stable while SWAPLOCK is high, and is read where SWAPLOCK is
-/// seen. If it is high, the display keeps its picture, and the new frame's bank is free again. Before the first swap with
-/// a good frame the display is black. The memory is read two clocks before its pixel is on the link.
+/// Timing, in the DVI output clock; every output is registered:
+///
+/// | condition | clock | effect |
+/// | --- | --- | --- |
+/// | after reset | each | frame follows frame of DviTiming, in step on all displays |
+/// | no good frame yet | each | the picture is black |
+/// | SWAPLOCK (every FRAMEDONE) rises | 2 later | SWAPLOCK is seen, and SWAPSKIP (any FRAMEBAD) read with it |
+/// | SWAPLOCK seen, SWAPSKIP low | first of a DVI frame | the pictures swap; swapped_o rises |
+/// | SWAPLOCK seen, SWAPSKIP high | first of a DVI frame | they do not: swapped_o and skipped_o rise, the back picture is free |
+/// | SWAPLOCK seen low | the same | swapped_o falls |
+/// | a pixel is read from the memory | 2 later | it is on the link |
 class DviOutput final : public Block {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};      ///< DVI output clock
     sc_core::sc_in<bool> reset_i{"reset_i"};  ///< synchronous, active high
     sc_core::sc_in<bool> swaplock_i{"swaplock_i"};
     sc_core::sc_in<bool> swapskip_i{"swapskip_i"};  ///< with SWAPLOCK: the frame is not to be shown
-    /// High from a swap until SWAPLOCK has been seen low. FRAMEDONE does not rise again before this has been seen low in
-    /// turn, so no swap is missed whatever the ratio of the clocks.
+    /// FRAMEDONE does not rise again before the core clock has seen this low, so no ratio of the clocks misses a swap.
     sc_core::sc_out<bool> swapped_o{"swapped_o"};
     sc_core::sc_out<bool> skipped_o{"skipped_o"};  ///< with swapped_o: the display keeps its picture
-    sc_core::sc_out<bool> reads_o{"reads_o"};      ///< the pixel of read_o is to be put out
+    sc_core::sc_out<bool> reads_o{"reads_o"};      ///< the memory reads read_o
     sc_core::sc_out<DisplayRead> read_o{"read_o"};
     sc_core::sc_in<std::uint32_t> data_i{"data_i"};
     sc_core::sc_out<DviLink> link_o{"link_o"};
@@ -66,11 +71,10 @@ class DviOutput final : public Block {
     Synchronizer swaplock_{registers_, "swaplock"};
     Register<bool> swapped_{registers_, "swapped"};
     Register<bool> swap_pending_{registers_, "swap_pending"};
-    Register<bool> swap_skipped_{registers_,
-                                 "swap_skipped"};  ///< the last swap, or the pending one, shows nothing new
+    Register<bool> swap_skipped_{registers_, "swap_skipped"};  ///< of the last swap, or of the pending one
     Register<bool> front_{registers_, "front", 1, true};
     Register<int> front_frame_;
-    Register<bool> picture_shown_{registers_, "picture_shown"};  ///< the front bank holds a frame
+    Register<bool> picture_shown_{registers_, "picture_shown"};  ///< the front picture is a frame
     Register<int> x_;
     Register<int> line_;
     Register<bool> active_line_{registers_, "active_line"};

@@ -31,7 +31,7 @@ void DviSource::reset() {
 }
 
 void DviSource::clock_edge() {
-    if (flips_bits_) {
+    if (flips_bits_) {  // only with faults of kind tmds_bits: the flips were for one clock
         TmdsDisturbance lasting = disturbance_;
         lasting.flips.fill(0);
         disturb(lasting);

@@ -14,12 +14,16 @@ namespace metabuffer::rtl {
 /// pairs, colour frame first, depth frame second. Each begins with a control scanline as the host would write it
 /// (section 4).
 ///
-/// Timing: after reset comes one vertical sync, then frame after frame of DviTiming. With lockstep pacing the first
-/// clock of a pair follows the clock that sees pair_request high with no pair under way. One pair is sent for each
-/// frame, and between pairs the link stays in blanking. With free-running pacing, pair follows pair without a pause,
-/// for ever. Faults of the scenario (see Fault) corrupt, delay or repeat the frames that they name, as LinkProgram
-/// says. A drifting clock is not made here: clock_ppm_o, written with the first clock of a pair, says how far it must
-/// be off. Nor are characters: disturbance_o says, with the pixel at link_o, what must go wrong with its characters.
+/// LinkProgram (model/scenario) decides which frame comes next, and what the scenario's faults change in it.
+///
+/// | condition | clock | effect |
+/// | --- | --- | --- |
+/// | after reset | | one vertical sync, then frames of DviTiming |
+/// | lockstep, pair_request_i read high, no pair under way | the same edge | a pair begins: one for each frame of the run |
+/// | lockstep, no request | | the link stays in blanking |
+/// | free-running | | pair follows pair, for ever |
+/// | a pair begins, with a fault of kind drift | its first | clock_ppm_o changes; LinkClock makes the clock drift |
+/// | a fault in the characters of link_o's pixel | the pixel's | disturbance_o has it; TmdsFault carries it out |
 class DviSource final : public Block {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};      ///< DVI input clock
@@ -66,7 +70,8 @@ class DviSource final : public Block {
     Register<DviLink> link_{registers_, "DVI"};
     RegisterSet character_registers_{registers_};  ///< of links that have characters
     Register<TmdsDisturbance> disturbance_{character_registers_, "disturbance"};
-    Register<bool> flips_bits_{character_registers_, "flips_bits"};  ///< disturbance_o does, for link_o alone
+    Register<bool> flips_bits_{character_registers_,
+                               "flips_bits"};  ///< disturbance_o flips bits, for one clock
     Clocked clocked_{*this, clk_i, reset_i, registers_, &DviSource::clock_edge, &DviSource::reset};
 };
 

@@ -11,8 +11,7 @@ struct EnumerationNames {
     std::string signal;  ///< the end of its name in the waveform
     std::string file;    ///< in waves/translate
     std::vector<std::string> words;
-    std::vector<std::string> values =
-        {};  ///< of the words, as GTKWave shows them; if there are none, from 0 on
+    std::vector<std::string> values = {};  ///< of the words, as GTKWave shows them; empty: 0, 1, 2, ...
 };
 
 const std::vector<EnumerationNames>& enumeration_names();

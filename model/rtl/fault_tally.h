@@ -13,9 +13,9 @@ class FaultTally {
   public:
     explicit FaultTally(std::size_t faults) : counts_(faults, 0) {}
 
-    /// A fault that lasts has changed something: counted the first time.
+    /// A fault that lasts has changed something; the first time counts.
     void took_effect(std::size_t fault) { counts_[fault] = std::max<std::int64_t>(counts_[fault], 1); }
-    /// A fault that is done in parts has done one.
+    /// One part of a fault that consists of several has been done; each counts.
     void add(std::size_t fault) { ++counts_[fault]; }
     std::int64_t count(std::size_t fault) const { return counts_[fault]; }
 

@@ -18,12 +18,15 @@
 ///         see("address", &FifoRead::address, address_bits);
 ///     }
 ///
-/// It calls see(name in the waveform, pointer to the member or function that gives it, bits), in the waveform's order. Of
-/// an array whose first elements alone mean something: see(name, array, member with their number, how many the waveform
-/// has, bits of each). Parameters of the list are those of sc_trace: what a value must know of where it is used.
+/// The list calls see() for each field, in the waveform's order, in one of two forms:
+///
+/// - see(name in the waveform, pointer to member or function that gives the field, bits)
+/// - see(name, array, member with the number of elements that mean something, elements in the waveform, bits of each)
+///
+/// Parameters after `see`, such as address_bits, are passed by sc_trace: widths that depend on the signal.
 namespace metabuffer::rtl {
 
-/// Bits of a field that has all those of its type, and of one that is not in the waveform.
+/// For `bits`: as many as the field's type has; none, since the field is not in the waveform.
 constexpr int kAllBits = -1;
 constexpr int kUntraced = 0;
 
@@ -124,7 +127,7 @@ struct FieldTracer {
     }
 };
 
-/// Exists for structures with a list, which anything can be passed to.
+/// Exists for structures that have such a list.
 template <typename Value, typename... Bits>
 using HasFields = decltype(Value::visit_fields(0, Bits{}...));
 
@@ -136,7 +139,7 @@ template <typename Value, typename = HasFields<Value>>
     return equal;
 }
 
-/// What is not zero.
+/// Prints the fields that are not zero.
 template <typename Value, typename = HasFields<Value>>
 std::ostream& operator<<(std::ostream& out, const Value& value) {
     out << '{';

@@ -9,8 +9,8 @@
 
 namespace metabuffer::rtl {
 
-/// What a composer's FIFO has besides if its window holds two source rows: a second read port, and at both ports the word
-/// after the one that is read. Consecutive words lie in different banks, so the pair takes no further port.
+/// The further pins of a composer's FIFO whose window holds two source rows: a second read port, and at both ports the
+/// word after the one that is read. Consecutive words lie in different block RAMs, so one port reads both.
 struct SecondRowPins {
     sc_core::sc_out<std::uint64_t> next_word_o{"next_word_o"};  ///< after the one at word_o
     sc_core::sc_in<FifoRead> row_read_i{"row_read_i"};
@@ -20,7 +20,7 @@ struct SecondRowPins {
 
 /// The wires between a composer and its FIFO.
 struct FifoWires {
-    /// Of a second read port.
+    /// Of SecondRowPins.
     struct SecondRow {
         Wire<std::uint64_t> next_word{"fifo_next_word"};
         Wire<FifoRead> read{"fifo_row_read"};

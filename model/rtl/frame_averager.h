@@ -16,14 +16,20 @@ namespace metabuffer::rtl {
 
 /// An output framebuffer's side of its pipeline (sections 5.4 and 7 of the paper). It receives the pixels that leave the
 /// pipeline, averages them, corrects their colours if the scenario has a table for its display, and has them written
-/// into the back bank of the display's memory. The table is configuration, like the size of the raster: it is there
-/// before reset and never changes, so it is a memory and not a register, and costs no clock.
+/// into the back picture of the display memory. The table of colours is configuration, like the size of the raster:
+/// reset keeps it, and it costs no clock.
 ///
-/// Timing, in core clocks; every output is registered. The raster's first pixel is received at the edge after the one
-/// that sees STARTFRAME, and edges with COLUMNSTALL high do not count (`stall` mode only). A display pixel stands at
-/// write_o after the edge that receives its block's last raster pixel. FRAMEDONE rises after the edge that receives the
-/// raster's last pixel and falls once the swap is reported back. PIPEREADY is high while a bank is free and no frame is
-/// under way. FRAMEBAD rises with the first pixel marked `lost` and falls when the swap has been reported back.
+/// Timing, in core clocks; every output is registered:
+///
+/// | the edge reads | effect at that edge |
+/// | --- | --- |
+/// | COLUMNSTALL high (`stall` mode) | no pixel is received |
+/// | STARTFRAME high | the next edge receives the raster's first pixel |
+/// | the last raster pixel of an s x s block | the display pixel is driven at write_o |
+/// | a pixel marked `lost` | FRAMEBAD rises |
+/// | the raster's last pixel, and swapped_i was seen low | FRAMEDONE rises |
+/// | swapped_i high, two registers later | FRAMEDONE and FRAMEBAD fall |
+/// | the back picture free, no frame under way | PIPEREADY is high |
 ///
 /// Raises /metabuffer/output_framebuffer/bubble if there is no pixel at a raster position.
 class FrameAverager final : public Block {
@@ -38,8 +44,8 @@ class FrameAverager final : public Block {
     sc_core::sc_out<bool> framebad_o{"framebad_o"};  ///< with FRAMEDONE: pixels of the frame were lost
     sc_core::sc_out<bool> writes_o{"writes_o"};      ///< a pixel stands at write_o
     sc_core::sc_out<DisplayWrite> write_o{"write_o"};
-    sc_core::sc_in<bool> swapped_i{"swapped_i"};  ///< DVI output clock: the banks were swapped
-    sc_core::sc_in<bool> skipped_i{"skipped_i"};  ///< with swapped_i: they were not, since the frame is bad
+    sc_core::sc_in<bool> swapped_i{"swapped_i"};  ///< DVI output clock: the swap is over
+    sc_core::sc_in<bool> skipped_i{"skipped_i"};  ///< with swapped_i: the display keeps its picture
 
     /// display: its own, from 1.
     FrameAverager(const sc_core::sc_module_name& name, const Scenario& scenario, int display);
@@ -66,11 +72,11 @@ class FrameAverager final : public Block {
     Synchronizer swapped_{registers_, "swapped"};
     Register<bool> swapped_seen_{registers_, "swapped_seen"};
     Register<bool> receiving_{registers_, "receiving"};
-    Register<bool> frame_done_{registers_, "frame_done"};  ///< the back bank holds a whole frame
+    Register<bool> frame_done_{registers_, "frame_done"};  ///< the back picture is a whole frame
     Register<bool> framedone_{registers_, "framedone"};    ///< the wire
     Register<bool> framebad_{registers_, "framebad"};      ///< the wire; set while the frame comes in
     Register<bool> pipeready_{registers_, "pipeready"};
-    Register<bool> back_{registers_, "back"};  ///< the bank that frames are written to
+    Register<bool> back_{registers_, "back"};  ///< which picture frames are written to
     Register<std::int64_t> raster_position_;
     Register<std::uint32_t> next_word_;
     Register<bool> writes_{registers_, "writes"};

@@ -14,7 +14,7 @@ namespace metabuffer::rtl {
 /// Converts a value change dump to FST, GTKWave's compressed waveform, by GTKWave's own vcd2fst.
 class FstConverter {
   public:
-    /// Throws OutputError if the program that does it is not on this computer.
+    /// Throws OutputError if vcd2fst is not on this computer.
     static void check_installed(const std::filesystem::path& target);
 
     /// Throws OutputError.
@@ -32,7 +32,7 @@ class FstConverter {
     std::filesystem::path made_file() const { return folder_->path() / "waveform.fst"; }
 
     std::optional<TemporaryFolder> folder_;   ///< vcd2fst writes files by name
-    std::unique_ptr<FilterProcess> process_;  // ends before the folder goes
+    std::unique_ptr<FilterProcess> process_;  ///< after folder_, so that it ends before its folder is removed
 };
 
 }  // namespace metabuffer::rtl

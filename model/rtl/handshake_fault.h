@@ -21,9 +21,8 @@ struct HeldWire {
     std::string name;          ///< "BUSREADY_1_2", for the watchdog's report
 };
 
-/// At which edges of a wire's clock faults hold the wire: at all edges for a while (busready_low, pipeready_low) or at
-/// random edges (random_stalls). The random edges depend only on the fault's seed, the wire and the number of the
-/// clock.
+/// At which edges of a wire's clock faults hold the wire: at all edges for some time (busready_low, pipeready_low) or at
+/// random edges (random_stalls), which depend only on the fault's seed, the wire and the number of the edge.
 class WireHolds {
   public:
     /// faults: indices in Scenario::faults. Scenario and tally must outlive it.
@@ -31,8 +30,8 @@ class WireHolds {
               FaultTally& tally);
 
     bool at_first_edge() const { return any_holds(0, 0); }
-    /// Call it at each edge: true if the wire is held at the next edge. changed: at this edge the wire was read
-    /// otherwise than it is driven, so the faults that hold it have taken effect.
+    /// Call it at each edge: true if the wire is held at the next edge. changed: at this edge the hold has changed the
+    /// level that was read, so the faults that hold the wire have taken effect.
     bool at_next_edge(bool changed);
 
   private:
@@ -52,27 +51,29 @@ class WireHolds {
 /// between the block that raises the wire and the block that reads it. Not in the paper: a test double for a broken
 /// wire or a slow block.
 ///
-/// Timing: while no fault holds it the output follows the input within the clock. A fault that lasts from core cycle c
-/// on holds the wire from the edge of core cycle c on. The protocol of the wire is kept:
-/// - PIPEREADY and FRAMEDONE are not taken back: a hold delays their rise, and a high wire stays high until its block
-///   lowers it.
-/// - A BUSREADY that a fault has lowered stays low until its composer has lowered it too, or has had time to notice
-///   from the silent bus that its burst was stopped. That time is grant_cycles, twice the longest gap within a burst, a
-///   beat, two clocks, and what read latency and bus registers add, there and back. (The burst may just have been
-///   granted: the bus opens a page, sends beats until their answer comes back, and stops, and the composer waits for
-///   the longest gap.) A composer that still expected the rest of its burst could be sent more than it has room for.
-/// - TABLEREADY, PAIR_REQUEST and STALL may rise and fall at any clock.
+/// Timing: while no fault holds the wire, the output follows the input within the clock. A fault from core cycle c on
+/// holds the wire from the edge of core cycle c on. Each wire keeps its protocol:
+///
+/// | wire | under a hold |
+/// | --- | --- |
+/// | PIPEREADY, FRAMEDONE | rises later; once high it stays high until its block lowers it |
+/// | BUSREADY | low, and after the hold until its composer has lowered it too, at most stopped_burst_cycles() |
+/// | TABLEREADY, PAIR_REQUEST, STALL | changes at any clock |
+///
+/// BUSREADY stays low because a composer that still expects the rest of a stopped burst could be sent more than it has
+/// room for. stopped_burst_cycles() is the time in which the composer notices from the silent bus that its burst was
+/// stopped. The burst may just have been granted: the bus opens a page, sends beats until their answer comes back, and
+/// stops, and the composer waits for the longest gap.
 class HandshakeFault final : public Block {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};    ///< the clock of the block that reads the wire
     sc_core::sc_in<bool> wire_i{"wire_i"};  ///< as it is raised
     sc_core::sc_out<bool> wire_o{"wire_o"};
 
-    /// The row (index) of the PIPEREADY wires that a fault of a renderer's composer holds: the composer's own, except
-    /// for the PIPEMASTER. That one answers its own PIPEREADY without a wire, so the fault holds the wire that it waits
-    /// for.
+    /// The row (index) of the PIPEREADY wires that a fault of a renderer's composer holds: the composer's own. The
+    /// PIPEMASTER answers its own PIPEREADY without a wire, so there the fault holds the PIPEREADY that it waits for.
     static constexpr int pipeready_row(int renderer) { return renderer == 0 ? 1 : renderer; }
-    /// Core cycles for which BUSREADY stays low after a fault at most, see above.
+    /// The most core cycles for which BUSREADY stays low after a fault.
     static int stopped_burst_cycles(const Scenario& scenario) {
         return scenario.bus.grant_cycles + 2 * longest_beat_gap_cycles(scenario) +
                cycles_per_beat(scenario.bus) + 2 + 2 * bus_loop_cycles(scenario.bus, scenario.memory);
@@ -99,9 +100,8 @@ class HandshakeFault final : public Block {
     int stopped_left_ = 0;  ///< BUSREADY: clocks for which it still stays low after a fault
 };
 
-/// The wires from the swap lock to every output framebuffer, where faults delay the swap. SWAPLOCK rises later and is
-/// not taken back. SWAPSKIP is delayed too, but not beyond SWAPLOCK, so it is valid while SWAPLOCK is high, and it is
-/// not taken back either. There is one module for both, so that all displays see the same swap in the same clock.
+/// The wires from the swap lock to every output framebuffer, where faults delay the swap. Both rise later, SWAPSKIP no
+/// later than SWAPLOCK, and neither is taken back. One module has both, so all displays see a swap in the same clock.
 class SwapLockFault final : public Block {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};  ///< core clock, in which FRAMEDONE and FRAMEBAD are driven

@@ -7,8 +7,8 @@
 namespace metabuffer::rtl {
 
 /// The clock of a renderer's link where a fault lets it drift (FaultKind::kDrift). It rises at time 0, as all clocks
-/// do, and its period is the nominal period divided by 1 + ppm / 10^6. Edges are at whole picoseconds; the rest of the
-/// rounding is carried on, so the average is exact. A change of clock_ppm_i counts from the next rising edge on.
+/// do, and its period is the nominal period divided by 1 + ppm / 10^6. Edges are at whole picoseconds; remainders are
+/// carried over, so the average is exact. A change of clock_ppm_i takes effect at the next rising edge.
 class LinkClock final : public Block {
   public:
     sc_core::sc_in<int> clock_ppm_i{"clock_ppm_i"};  ///< -100000..100000; positive: fast
@@ -25,7 +25,7 @@ class LinkClock final : public Block {
     std::int64_t nominal_period_picoseconds_;
     bool high_ = false;
     int ppm_ = 0;
-    std::int64_t remainder_ = 0;  ///< carried on, in units of 1 / (10^6 + ppm_) picoseconds
+    std::int64_t remainder_ = 0;  ///< carried over, in units of 1 / (10^6 + ppm_) picoseconds
     std::int64_t low_picoseconds_ = 0;
 };
 

@@ -16,8 +16,8 @@ namespace metabuffer::rtl {
 /// pair of each frame.
 ///
 /// It works in DVI input clocks, and every output is registered. A question is a change of request_i, and an answer is
-/// a change of answer_o; each crosses to the other clock domain through two registers of its receiver. What goes with
-/// an answer (fresh_o, front_o and the front device's table) changes with it and stays until the next one.
+/// a change of answer_o; each crosses to the other clock domain through two registers of its receiver. fresh_o, front_o
+/// and the front device's table change with the answer only.
 class LinkPort final : public Block {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};      ///< DVI input clock

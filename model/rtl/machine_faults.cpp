@@ -49,13 +49,13 @@ MachineFaults::MachineFaults(const Scenario& scenario, Wires& wires)
 
 template <typename Predicate>
 std::vector<std::size_t> MachineFaults::faults_that(Predicate concerned) const {
-    std::vector<std::size_t> places;
+    std::vector<std::size_t> indices;
     for (std::size_t i = 0; i < scenario_.faults.size(); ++i) {
         if (concerned(scenario_.faults[i])) {
-            places.push_back(i);
+            indices.push_back(i);
         }
     }
-    return places;
+    return indices;
 }
 
 std::vector<std::size_t> MachineFaults::faults_of_wire(Handshake handshake, std::size_t renderer,

@@ -19,7 +19,7 @@ namespace metabuffer::rtl {
 /// a wire's sender and its reader. Wires holds what the readers see; this class holds what the senders drive.
 class MachineFaults {
   public:
-    /// Scenario and wires must outlive it. Make it, and ask it, while the machine is built.
+    /// Scenario and wires must outlive it. To be made, and its signals to be asked for, while the machine is built.
     MachineFaults(const Scenario& scenario, Wires& wires);
 
     /// The clock of a renderer's link if a fault lets it drift, else null. It follows wires.clock_ppm.
@@ -40,7 +40,7 @@ class MachineFaults {
         sc_core::sc_signal<bool>& swaplock;
         sc_core::sc_signal<bool>& swapskip;
     };
-    /// The same for SWAPLOCK and SWAPSKIP, which belong together.
+    /// The same for SWAPLOCK and SWAPSKIP.
     SwapWires raised_swap(sc_core::sc_signal<bool>& core_clk);
 
     /// The bus for a composer to read; Wires::bus_seen_by gives the same from then on.

@@ -21,8 +21,8 @@ namespace metabuffer::rtl {
 ///
 /// - frame_averager, in core clocks: receives the raster, averages it, corrects its colours, raises PIPEREADY, FRAMEDONE
 ///   and FRAMEBAD;
-/// - display_memory: two banks of pixels;
-/// - dvi_output, in DVI output clocks: the display's timing, and the swap of the banks.
+/// - display_memory: two pictures, front and back;
+/// - dvi_output, in DVI output clocks: the display's timing, and the swap of the pictures.
 ///
 /// Their headers say what each does at which clock.
 class OutputFramebuffer final : public Block {

@@ -22,8 +22,7 @@ struct TraceRequest {
     TraceWindow window;
     std::vector<std::string> blocks;  ///< shell patterns for block names such as composer_1_*; all if empty
     std::string header{};             ///< lines that say what made it; a comment in the file
-    /// Another level's function, which finds the clocks of this level sooner; if empty, this level's find_window() is
-    /// used.
+    /// Another level's function, which finds the same clocks sooner; empty: this level's find_window().
     FindWindow find_window{};
 };
 

@@ -24,12 +24,12 @@ BusBeat BusBeat::frame_start(std::uint32_t frame, bool last) {
     return beat;
 }
 
-BusBeat BusBeat::table_row(std::uint32_t frame, std::uint32_t place, const ViewportRow& row, bool last) {
+BusBeat BusBeat::table_row(std::uint32_t frame, std::uint32_t index, const ViewportRow& row, bool last) {
     BusBeat beat;
     beat.kind = Kind::kTableRow;
     beat.last = last;
     beat.frame = frame;
-    beat.first = place;
+    beat.first = index;
     beat.count = 2;
     beat.destination = row.dcomp;
     beat.words[0] = pack(row.dcomp, row.sx, row.sy, row.sdx);

@@ -66,7 +66,7 @@ struct TmdsDisparities {
 struct DecodedPixel {
     bool valid = false;
     FrameKind kind = FrameKind::kColour;
-    std::uint32_t address = 0;  ///< word in the bank: y * image width + x
+    std::uint32_t address = 0;  ///< word in the device: y * image width + x
     std::uint32_t data = 0;
 
     template <typename See>
@@ -105,8 +105,8 @@ struct DecoderEvent : PairEvent {
 /// The widest bus, in pixels per beat.
 constexpr int kMaximumBeatPixels = 8;
 
-/// What a renderer's bus carries in a core clock. Every beat names its frame and its position in it, so that a composer
-/// notices lost beats before it.
+/// What a renderer's bus carries in a core clock. Every beat has its frame's number and its index within the frame, so a
+/// composer notices that beats before it were lost.
 struct BusBeat {
     enum class Kind : std::uint8_t {
         kNone,
@@ -125,7 +125,7 @@ struct BusBeat {
     std::array<std::uint64_t, kMaximumBeatPixels> words{};
 
     static BusBeat frame_start(std::uint32_t frame, bool last);
-    static BusBeat table_row(std::uint32_t frame, std::uint32_t place, const ViewportRow& row, bool last);
+    static BusBeat table_row(std::uint32_t frame, std::uint32_t index, const ViewportRow& row, bool last);
     ViewportRow row() const;
     /// Words that a beat may have: a row of the table has two, however many clocks it takes.
     static constexpr int lanes(int pixels_per_beat) {
@@ -233,7 +233,7 @@ struct FifoWrite {
     std::uint32_t address = 0;  ///< of the first; after the FIFO's last address comes its first
     std::array<std::uint64_t, kMaximumBeatPixels> words{};
 
-    /// Without the words, see trace_lanes.
+    /// The words are not in the waveform: those of the bus's beat are.
     template <typename See>
     static void visit_fields(const See& see, int address_bits = kAllBits) {
         see("count", &FifoWrite::count, kLaneCountBits);
@@ -256,8 +256,8 @@ struct FifoRead {
 
 /// Pixels that a composer's FIFO need not hold any more.
 struct FifoRelease {
-    std::uint32_t oldest = 0;  ///< that have had their last use
-    std::uint32_t newest = 0;  ///< of a frame that is abandoned
+    std::uint32_t oldest = 0;  ///< how many of the oldest: they have had their last use
+    std::uint32_t newest = 0;  ///< how many of the newest: their frame is abandoned
 
     bool any() const { return oldest > 0 || newest > 0; }
 
@@ -268,8 +268,8 @@ struct FifoRelease {
     }
 };
 
-/// The table of the pair in the front bank: its valid rows, and which row owns each slot of the bus. It does not change
-/// from one swap of the banks to the next.
+/// The table of the pair in the front device: its valid rows, and which row owns each slot of the bus. It changes only
+/// when the devices are swapped.
 struct FrontTable {
     ViewportTable rows;
     std::vector<int> slots;  ///< index of a row; none under a policy without slots

@@ -4,8 +4,8 @@
 
 namespace metabuffer::rtl {
 
-/// The swap lock between the output framebuffers, which is combinational. SWAPLOCK is high while every column has
-/// composited its frame. SWAPSKIP is high while any of them holds a frame with lost pixels; then all keep their
+/// The swap lock between the output framebuffers, combinational. SWAPLOCK is high while every FRAMEDONE is: every column
+/// has composited its frame. SWAPSKIP is high while any FRAMEBAD is: a frame has lost pixels, and all displays keep their
 /// pictures.
 class SwapLock final : public Block {
   public:

@@ -13,13 +13,12 @@
 
 namespace metabuffer::rtl {
 
-/// The tables of an input framebuffer (sections 5 and 5.3 of the paper): one for each device of the frame memory. The
-/// rows of the pair that comes in are judged one by one as the decoder gives them, and the valid ones are kept. The
-/// slot table that the host sends with the depth frame is kept too. The bus side sees the front device's tables.
+/// The tables of an input framebuffer (sections 5 and 5.3 of the paper): a viewport table and a slot table for each
+/// device of the frame memory. The bus side sees those of the front device.
 ///
-/// Judging a row takes the clock in which it comes. A slot table that is missing or wrong is replaced by one slot for
-/// each row. One that the hardware makes (`bus.slot_table: built`) is given at once; bus_arbiter counts the clocks that
-/// it takes.
+/// Each row of the pair that comes in is judged in the clock in which the decoder gives it, and kept if it is valid. A
+/// slot table from the host that is missing or wrong is replaced by one slot for each row. A slot table that the
+/// hardware makes (`bus.slot_table: built`) is ready at once; bus_arbiter spends the clocks of making it.
 class TableUnit final : public Block {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};      ///< DVI input clock

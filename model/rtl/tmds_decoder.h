@@ -15,12 +15,12 @@ namespace metabuffer::rtl {
 /// encoder had. DVI 1.0 defines the characters (formats/tmds.h); the paper names DVI alone. Only machines with
 /// `links.layer: tmds` have it.
 ///
-/// Timing: registered. A pixel is on link_o kTmdsDecoderClocks after its characters are at tmds_i. That counts from the
-/// channel that comes first; the others may come up to kMostTmdsSkew characters later.
+/// Timing: registered. A pixel is on link_o kTmdsDecoderClocks after its first character is at tmds_i; the characters of
+/// the other channels may come up to kMostTmdsSkew clocks later.
 ///
-/// - The beginning of a channel's characters is found after a run of kTmdsAlignmentRun control characters, each channel
-///   by itself. Until each has been found for the first time, link_o is low. A beginning that moves is found again in
-///   the next blanking; until then the channel gives wrong bytes.
+/// - Where characters begin: found after kTmdsAlignmentRun control characters in a row, in each channel by itself. link_o
+///   is low until all three have been found once. A channel that slips is found again in the next blanking; until then
+///   it gives wrong bytes.
 /// - Skew is measured where a line begins. It is removed once two lines in a row have had the same.
 /// - DE is low while two channels or three have a control character. So wrong bits in one channel change pixels, but no
 ///   line's length.
@@ -57,7 +57,7 @@ class TmdsDecoder final : public Block {
     DviLink decode() const;
 
     RegisterSet registers_;
-    Register<TmdsLink> words_{registers_, "words"};  ///< of the clock before
+    Register<TmdsLink> words_{registers_, "words"};  ///< ten bits of each channel, of the clock before
     std::array<Channel, kTmdsChannels> channels_{Channel{registers_, "blue"}, Channel{registers_, "green"},
                                                  Channel{registers_, "red"}};
     RegisterLine<TmdsLink> characters_{registers_, "characters", 1 + kMostTmdsSkew};

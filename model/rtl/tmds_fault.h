@@ -14,10 +14,9 @@ namespace metabuffer::rtl {
 
 /// What faults do to the characters between a link's encoder and its decoder. Only links with such faults have it.
 ///
-/// The source says at disturbance_i, with a pixel, what goes wrong with that pixel's characters: bits that are flipped,
-/// a channel that comes whole characters late, and one whose characters do not begin with the words. FaultKind::kTmdsNoise
-/// flips bits at a rate besides. Which ones depends on its seed and on the number of the clock alone, so that a scenario
-/// runs the same each time.
+/// The source says at disturbance_i, with a pixel, what goes wrong with that pixel's characters: bits are flipped, a
+/// channel comes whole characters late, or its characters do not begin with the words. FaultKind::kTmdsNoise also flips
+/// bits at a rate: which ones depends only on its seed and the number of the clock, so every run is the same.
 ///
 /// tmds_o follows tmds_i without a clock between. Each character with flipped bits of kTmdsNoise counts in the tally.
 class TmdsFault final : public Block {

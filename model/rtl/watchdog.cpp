@@ -10,10 +10,10 @@ Watchdog::Watchdog(const sc_core::sc_module_name& name, const sc_core::sc_time& 
       interval_(interval),
       progress_(std::move(progress)),
       on_timeout_(std::move(on_timeout)) {
-    SC_METHOD(look);
+    SC_METHOD(check);
 }
 
-void Watchdog::look() {
+void Watchdog::check() {
     const std::int64_t progress = progress_();
     if (progress == last_progress_) {
         on_timeout_();

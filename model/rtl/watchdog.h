@@ -19,7 +19,7 @@ class Watchdog final : public sc_core::sc_module {
     SC_HAS_PROCESS(Watchdog);
 
   private:
-    void look();
+    void check();
 
     sc_core::sc_time interval_;
     std::function<std::int64_t()> progress_;

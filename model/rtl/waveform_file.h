@@ -15,9 +15,9 @@ inline constexpr const char* kWaveformExtension = ".vcd";
 inline constexpr const char* kCompressedWaveformExtension = ".fst";
 bool is_waveform_name(const std::filesystem::path& file);
 
-/// The file of a waveform. SystemC's writer opens a file by its name and never says whether what it wrote has arrived.
-/// Nor does its file: what a full disk refuses is left out, and if there is room later the file goes on as if it were
-/// whole. So SystemC writes to a named pipe, and a process at the other end writes to the disk, checks that, and reports.
+/// The file of a waveform. SystemC's writer opens a file by its name and never reports an error: what a full disk refuses
+/// is missing in the middle of the file. So SystemC writes to a named pipe, and a process at the other end writes to the
+/// disk and reports errors.
 class WaveformFile {
   public:
     /// A target whose name ends in .fst is written in GTKWave's compressed format, another one as a value change dump.

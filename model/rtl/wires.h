@@ -34,7 +34,7 @@ class SignalBank {
     std::vector<std::unique_ptr<Wire<Value>>> signals_;
 };
 
-/// Every wire between two blocks, as the block that reads it sees it, with the paper's name where it has one. The
+/// Every wire between two blocks, with the paper's name where it has one, as the block that reads the wire sees it. The
 /// pipeline wires of display d run from PIPE_1_d, above the top composer, to PIPE_(M+1)_d: composer r, from 1, drives
 /// PIPE_(r+1)_d and STARTFRAME_(r+1)_d, and PIPEREADY_r_d to the composer above.
 struct Wires {
@@ -90,8 +90,8 @@ struct Wires {
         return *own_bus_[i];
     }
 
-    /// A link as the source or the output framebuffer drives it: what its receiver sees, unless an encoder and a decoder
-    /// lie between.
+    /// A link as the source or the output framebuffer drives it: link_in or link_out, unless an encoder and a decoder lie
+    /// between.
     sc_core::sc_signal<DviLink>& link_in_driven(std::size_t renderer) {
         return link_in_before_.size() > 0 ? link_in_before_[renderer] : link_in[renderer];
     }
@@ -111,8 +111,8 @@ struct Wires {
         return *tmds_in_before_[renderer];
     }
 
-    /// The bus as its input framebuffer drives it, and BUSREADY and TABLEREADY as it reads them: what the composers
-    /// see and raise, unless registers lie between.
+    /// BUS as the input framebuffer drives it, BUSREADY and TABLEREADY as it reads them: bus, busready and tableready,
+    /// unless registers lie between.
     sc_core::sc_signal<BusBeat>& bus_driven(std::size_t renderer) {
         return bus_before_.size() > 0 ? bus_before_[renderer] : bus[renderer];
     }
@@ -147,11 +147,11 @@ struct Wires {
     Wire<bool> swapskip{"SWAPSKIP"};
 
   private:
-    SignalBank<DviLink> link_in_before_;  ///< the encoder
+    SignalBank<DviLink> link_in_before_;  ///< before the encoder
     SignalBank<DviLink> link_out_before_;
     std::vector<std::unique_ptr<sc_core::sc_signal<TmdsLink>>>
-        tmds_in_before_;              ///< the fault, where there is one
-    SignalBank<BusBeat> bus_before_;  ///< the registers
+        tmds_in_before_;              ///< before the fault, where there is one
+    SignalBank<BusBeat> bus_before_;  ///< before the registers
     SignalBank<bool> busready_behind_;
     SignalBank<bool> tableready_behind_;
     std::vector<std::unique_ptr<sc_core::sc_signal<BusBeat>>> own_bus_;

@@ -145,9 +145,9 @@ class RandomTraffic final : public Receiver {
             ++bench_.happened["a burst ended in silence"];
         }
         busready_ = busready();
-        tableready_ = heard() - composited_ < 2;
+        tableready_ = frames_heard() - composited_ < 2;
         const Frame none;
-        const Frame& frame = composited_ < heard() ? head() : none;
+        const Frame& frame = composited_ < frames_heard() ? head() : none;
         segment_ = frame.row ? HeadSegment{true, Segment(*frame.row, kWidth, kHeight, machine_.smoothing)}
                              : HeadSegment{};
         progress_ = {frame.abandoned, frame.arrived, static_cast<std::uint32_t>(frame.base)};
@@ -212,7 +212,7 @@ class RandomTraffic final : public Receiver {
 
     // ---- the reference ----
 
-    int heard() const { return static_cast<int>(frames_.size()); }
+    int frames_heard() const { return static_cast<int>(frames_.size()); }
     const Frame& head() const { return frames_[static_cast<std::size_t>(composited_)]; }
     Frame& head() { return frames_[static_cast<std::size_t>(composited_)]; }
     int held() const {
@@ -227,7 +227,7 @@ class RandomTraffic final : public Receiver {
         return std::max(start_ ? raster_->skipped - 1 : kNoUse, uses_ ? use_->last_use : kNoUse);
     }
     void release_through(std::int64_t last) {
-        if (composited_ == heard()) return;
+        if (composited_ == frames_heard()) return;
         Frame& frame = head();
         for (; frame.released <= last; ++frame.released) {
             released_.oldest += static_cast<std::uint32_t>(frame.held.erase(frame.released));
@@ -243,7 +243,7 @@ class RandomTraffic final : public Receiver {
         Frame& frame = frames_.back();
         counts_.lost_pixels += count;
         frame.arrived += count;
-        if (heard() == composited_) return;  // it is over: nothing of it is waited for
+        if (frames_heard() == composited_) return;  // it is over: nothing of it is waited for
         released_.newest += static_cast<std::uint32_t>(frame.held.size());
         frame.held.clear();
         frame.abandoned = true;
@@ -255,13 +255,13 @@ class RandomTraffic final : public Receiver {
     void receive(const BusBeat& beat) {
         const auto number = static_cast<int>(beat.frame);
         const bool begins = beat.kind == BusBeat::Kind::kFrameStart;
-        if (number >= heard()) {
+        if (number >= frames_heard()) {
             if (!frames_.empty()) {
                 Frame& newest = frames_.back();
                 lose_table(newest);
                 if (newest.arrived < newest.pixels()) lose_pixels(newest.pixels() - newest.arrived);
             }
-            while (heard() < number + (begins ? 0 : 1)) {
+            while (frames_heard() < number + (begins ? 0 : 1)) {
                 add_frame();
                 lose_table(frames_.back());
             }
@@ -316,7 +316,8 @@ class RandomTraffic final : public Receiver {
             return {};
         }
         if (!random.one_in(bench_.pausing() ? 25 : pace_)) return {};
-        if (to_send_.empty() && first_ == pixels_to_send_ && heard() - composited_ < 2 && random.one_in(2)) {
+        if (to_send_.empty() && first_ == pixels_to_send_ && frames_heard() - composited_ < 2 &&
+            random.one_in(2)) {
             plan_frame();
         }
         BusBeat beat;
@@ -338,13 +339,13 @@ class RandomTraffic final : public Receiver {
         }
         const int count = std::min(left_in_burst_, random.between(1, machine_.sizes.beat));
         int room = free();
-        if (moves() && composited_ < heard()) {
+        if (moves() && composited_ < frames_heard()) {
             const std::set<std::int64_t>& held = head().held;
             room += static_cast<int>(std::distance(held.begin(), held.upper_bound(last_release())));
         }
         const bool dropped = !frames_.empty() && frames_.back().abandoned;
         if (room < count && !dropped) return {};
-        // BUSREADY's fall ends a burst, and so do other things. The composer may be told of it.
+        // A burst may end early, for BUSREADY's fall or not. Its last beat may announce that.
         const bool ends = random.one_in(cut_ > 0 ? 3 : 20);
         const int rest = left_in_burst_ - count;
         const BusBeat beat = pixels(sent_frames_ - 1, first_, count, ends && random.one_in(2) ? 0 : rest);
@@ -386,7 +387,7 @@ class RandomTraffic final : public Receiver {
         uses_ = false;
         if (started) position_ = 0;
         if (position_ < 0) {
-            if (rests || composited_ == heard() || !head().complete || !random.one_in(4)) return;
+            if (rests || composited_ == frames_heard() || !head().complete || !random.one_in(4)) return;
             start_ = true;
             if (random.one_in(3)) stall_left_ = quiet_left_ = random.between(kClocksToSleep, 20);
             raster_ = PaintedSegment(head().row, kRaster, machine_.smoothing);

@@ -59,14 +59,14 @@ class Memory final : GatedDviClock, public Lockstep<DisplayMemory> {
         reads_ = comes(reads_);
         if (random.one_in(3)) write_ = DisplayWrite{random.one_in(2), address(), colour()};
         if (random.one_in(3)) read_ = DisplayRead{random.one_in(2), address()};
-        if (random.one_in(5)) read_ = DisplayRead{write_->bank, write_->address};
+        if (random.one_in(5)) read_ = DisplayRead{write_->picture, write_->address};
     }
     void expect() override {
         read_before(sc_core::sc_time_stamp());
         data_ = data_due_;
     }
     void edge() override {
-        if (writes_) pixels_[{write_->bank, write_->address}] = write_->colour;
+        if (writes_) pixels_[{write_->picture, write_->address}] = write_->colour;
     }
     void reset() override { edge(); }
 
@@ -78,11 +78,12 @@ class Memory final : GatedDviClock, public Lockstep<DisplayMemory> {
     /// The DVI clock's edges before then, which all sample what stands now.
     void read_before(const sc_core::sc_time& end) {
         for (; next_edge_ < end; next_edge_ += dvi_clock_.period()) {
-            const bool comes = writes_ && write_->bank == read_->bank && write_->address == read_->address;
+            const bool comes =
+                writes_ && write_->picture == read_->picture && write_->address == read_->address;
             if (in_reset_) {
                 data_due_ = 0;
             } else if (reads_) {
-                data_due_ = comes ? write_->colour : pixels_[{read_->bank, read_->address}];
+                data_due_ = comes ? write_->colour : pixels_[{read_->picture, read_->address}];
                 bench_.happened["a pixel was read as it came"] += comes ? 1 : 0;
             }
         }
@@ -95,7 +96,7 @@ class Memory final : GatedDviClock, public Lockstep<DisplayMemory> {
     Input<DisplayRead>& read_ = in(&DisplayMemory::read_i);
     Output<std::uint32_t>& data_ = out(&DisplayMemory::data_o);
     bool in_reset_ = true;
-    std::map<std::pair<bool, std::uint32_t>, std::uint32_t> pixels_;  ///< by bank and address
+    std::map<std::pair<bool, std::uint32_t>, std::uint32_t> pixels_;  ///< by picture and address
     std::uint32_t data_due_ = 0;
     sc_core::sc_time next_edge_;
 };

@@ -122,7 +122,7 @@ class Timing final : public Lockstep<DviOutput> {
     std::size_t at_ = 0;           ///< clock of the frame that comes next
     bool was_reset_ = true;
     bool captured_ = false, was_seen_ = false;  ///< SWAPLOCK
-    int pictures_ = 0;                          ///< so many have been shown, from bank 0 on in turn
+    int pictures_ = 0;  ///< so many have been shown, from picture 0 of the memory on in turn
     std::uint32_t next_address_ = 0;
     bool swapped_due_ = false, skipped_due_ = false, reads_due_ = false;
     DisplayRead read_due_;

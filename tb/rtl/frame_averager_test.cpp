@@ -90,7 +90,7 @@ class Framebuffer final : public Lockstep<FrameAverager> {
         captured_ = swapped_;
         if (seen && !seen_) {
             whole_ = framebad_due_ = false;
-            if (!skipped_) bank_ = !bank_;
+            if (!skipped_) back_ = !back_;
             ++bench_.happened[skipped_ ? "a frame was skipped" : "a frame was shown"];
         }
         seen_ = seen;
@@ -114,7 +114,7 @@ class Framebuffer final : public Lockstep<FrameAverager> {
     }
     void reset() override {
         bench_.happened["reset in a frame"] += receiving_ ? 1 : 0;
-        captured_ = seen_ = receiving_ = whole_ = bank_ = false;
+        captured_ = seen_ = receiving_ = whole_ = back_ = false;
         pipeready_due_ = framedone_due_ = framebad_due_ = writes_due_ = false;
         write_due_ = {};
         frames_ = 0;
@@ -139,7 +139,7 @@ class Framebuffer final : public Lockstep<FrameAverager> {
             const int column = x / supersample_;
             const int row = y / supersample_;
             write_due_ =
-                DisplayWrite{bank_, static_cast<std::uint32_t>(row * kWidth + column), shown(column, row)};
+                DisplayWrite{back_, static_cast<std::uint32_t>(row * kWidth + column), shown(column, row)};
         }
         if (received_.size() < raster_pixels()) return;
         receiving_ = false;
@@ -190,7 +190,7 @@ class Framebuffer final : public Lockstep<FrameAverager> {
     bool lossy_ = false;  ///< in the stimulus: pixels of the frame are lost
     // The reference's registers.
     bool captured_ = false, seen_ = false;  ///< the swap on its way
-    bool receiving_ = false, whole_ = false, bank_ = false;
+    bool receiving_ = false, whole_ = false, back_ = false;
     std::vector<Pixel> received_;  ///< of the frame under way, or the last one
     int frames_ = 0;
     bool pipeready_due_ = false, framedone_due_ = false, framebad_due_ = false, writes_due_ = false;

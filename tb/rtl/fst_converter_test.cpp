@@ -37,7 +37,7 @@ class Bench {
     std::filesystem::path target() const { return scratch_ / "target.fst"; }
     std::filesystem::path given() const { return scratch_ / "given"; }
     /// The path that vcd2fst was asked to write to.
-    std::filesystem::path told() const { return text_of(scratch_ / "told"); }
+    std::filesystem::path asked_for() const { return text_of(scratch_ / "asked_for"); }
 
     /// The error if the program writes these bytes; empty if there is none.
     std::string error_of(const std::string& made) {
@@ -46,7 +46,7 @@ class Bench {
     std::string error_with(const std::string& command) {
         const auto program = scratch_.write(
             "vcd2fst", "#!/bin/sh\nPATH=/usr/bin:/bin\ncat > " + given().string() + "\nprintf %s \"$2\" > " +
-                           (scratch_ / "told").string() + "\n" + command + "\n");
+                           (scratch_ / "asked_for").string() + "\n" + command + "\n");
         std::filesystem::permissions(program, std::filesystem::perms::owner_all);
         OutputFile output(target());
         try {
@@ -81,7 +81,7 @@ TEST_CASE("FST converter: the dump is its input, the file is its output, and not
     CHECK(bench.error_of(made).empty());
     CHECK(text_of(bench.given()) == "a dump in two parts");
     CHECK(text_of(bench.target()) == made);
-    CHECK(bench.told().parent_path().parent_path() == bench.temporary());
+    CHECK(bench.asked_for().parent_path().parent_path() == bench.temporary());
     CHECK(std::filesystem::is_empty(bench.temporary()));
 }
 

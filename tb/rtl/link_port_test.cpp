@@ -108,7 +108,7 @@ class Port final : private Records, public Lockstep<LinkPort> {
         write_due_ = {};
         back_ = Back::kFree;
         lost_.reset();
-        wanted_ = told_ = 0;
+        wanted_ = announced_ = 0;
         waits_since_ = bench_.clock();
         source_ = {};
     }
@@ -134,13 +134,13 @@ class Port final : private Records, public Lockstep<LinkPort> {
             event.rejected = !event.pair_good;
         } else {
             // The wanted pair, most of the time, and others near to it.
-            told_ = wanted_ + static_cast<std::uint32_t>(random.one_in(3) ? random.between(-1, 2) : 0);
+            announced_ = wanted_ + static_cast<std::uint32_t>(random.one_in(3) ? random.between(-1, 2) : 0);
             event.colour_start = !random.one_in(6);
             event.rejected = random.one_in(6);
             event.pair_lost = !event.colour_start;
         }
         event.pair_lost = event.pair_lost || (event.rejected && random.one_in(2));
-        event.number = event.lost_number = told_;
+        event.number = event.lost_number = announced_;
         return event;
     }
     bool filling() const { return back_ == Back::kFilling; }
@@ -220,7 +220,7 @@ class Port final : private Records, public Lockstep<LinkPort> {
     Output<bool>& front_ = out(&LinkPort::front_o);
     Output<MemoryWrite>& write_ = out(&LinkPort::write_o);
     int silent_clocks_ = 0;
-    std::uint32_t told_ = 0;  ///< the pair that the decoder speaks of
+    std::uint32_t announced_ = 0;  ///< the pair that the decoder reports
     // The reference's registers.
     bool captured_ = false, stable_ = false;  ///< the question on its way
     bool asked_ = false;

@@ -37,7 +37,7 @@ struct Dut {
 };
 
 /// An output framebuffer between a random pipeline, a random second display and its DVI link, and its reference. The
-/// reference keeps whole pictures instead of banks. At each edge of either clock the outputs must be those of the
+/// reference keeps whole pictures instead of a memory. At each edge of either clock the outputs must be those of the
 /// reference. The framebuffer is there twice, with clock gating and without.
 class RandomFramebuffer final : public sc_core::sc_module {
   public:

@@ -81,7 +81,7 @@ struct Channel {
     }
     void take(TmdsCharacter word, int clock) {
         add(word);
-        // Another place is tried with each word, and kept while it gives control characters.
+        // Another phase is tried with each word, and kept while it gives control characters.
         if (is_control(character_at(tried))) {
             ++run;
         } else {
@@ -289,7 +289,7 @@ TEST_CASE("tmds decoder: timing: beginning of a pause to the beginning of charac
         int known_from = 0;  ///< the first edge that knows where characters begin
     };
     std::deque<Receiver> receivers;
-    // With another beginning of the characters in each, any number of places is tried before the right one.
+    // With another beginning of the characters in each, any number of phases is tried before the right one.
     for (unsigned late_bits = 0; late_bits < 10; ++late_bits) {
         Receiver& receiver = receivers.emplace_back();
         receiver.decoder.clk_i(bench.core.clk);

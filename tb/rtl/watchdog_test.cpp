@@ -20,7 +20,7 @@ class WatchdogBench : public sc_core::sc_module {
           watchdog_(
               "watchdog", kInterval,
               [this] {
-                  ++looks;
+                  ++checks;
                   return progress_;
               },
               [this] {
@@ -32,7 +32,7 @@ class WatchdogBench : public sc_core::sc_module {
     SC_HAS_PROCESS(WatchdogBench);
 
     std::vector<int> tripped_at_ns;
-    int looks = 0;
+    int checks = 0;
 
   private:
     void make_progress() {
@@ -61,7 +61,7 @@ TEST_CASE("watchdog: trips at the first check that finds no progress since the c
 TEST_CASE("watchdog: checks once an interval and no more") {
     WatchdogBench bench("bench", {50, 150, 250, 350, 450});
     sc_core::sc_start(sc_time(499, sc_core::SC_NS));
-    CHECK(bench.looks == 5);  // at 0, 100, 200, 300 and 400 ns
+    CHECK(bench.checks == 5);  // at 0, 100, 200, 300 and 400 ns
 }
 
 TEST_CASE("watchdog: a count that goes down is progress too") {
