@@ -222,7 +222,7 @@ bool corrupts_frame(const Scenario& scenario, const Fault& fault) {
     return false;
 }
 
-/// Whether the scenario's faults keep a pair from reaching the back bank in time. A link that is silent for some pair
+/// Whether the scenario's faults keep a pair from reaching the back device in time. A link that is silent for some pair
 /// times needs one more for the pair itself, and is late only if the sum exceeds the timeout. A colour frame that comes
 /// twice takes half a pair time more, which counts if the depth frame is delayed too.
 bool is_lost(const Scenario& scenario, int renderer, std::uint32_t pair) {

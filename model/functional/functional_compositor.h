@@ -18,14 +18,14 @@ namespace metabuffer::functional {
 struct Contribution {
     const PixelImage* image = nullptr;
     ViewportTable rows;
-    /// Keeps the image where it is not the scenario's own: a copy with the bits that a fault flips on the link.
+    /// Owns the image if it is not the scenario's own but a copy with the bits that a fault flips on the link.
     std::shared_ptr<const PixelImage> copy = nullptr;
 };
 
 /// The golden reference, written without the clocked model's datapath. It paints every renderer's rectangle over the
-/// background, top of the pipeline first. One compositor is kept for a whole run. It computes what the link leaves of
-/// an image, with colour and depth apart, once for all displays and all consecutive frames that show it. That needs 8
-/// bytes for each pixel of a frame's images.
+/// background, top of the pipeline first. Keep one compositor for a whole run: what the link leaves of an image, with
+/// colour and depth apart, is computed once for all displays and all consecutive frames that show the image. That needs
+/// 8 bytes for each pixel of a frame's images.
 class Compositor {
   public:
     /// The scenario must outlive the compositor.
@@ -53,7 +53,7 @@ class Compositor {
     std::map<int, ColourTable> colour_tables_;  ///< of displays that have one
     std::vector<Contribution> contributions_;
     std::unordered_map<const PixelImage*, PixelPlanes> planes_;  ///< of this frame's images
-    std::vector<PixelPlanes> spare_planes_;  ///< of images that are no longer used: memory to use again
+    std::vector<PixelPlanes> spare_planes_;  ///< memory of images that are no longer used, for other images
 };
 
 /// Compositor::raster of a single frame.
@@ -67,8 +67,8 @@ ColourImage average_raster(const PixelImage& raster, int supersample);
 ColourImage composite_display(const Scenario& scenario, const std::vector<Contribution>& contributions,
                               int display);
 
-/// Which pair each renderer contributes to each frame when time does not matter: pair k to frame k, and where faults
-/// lose pair k, the last good one before it (-1: none yet). result[frame][renderer].
+/// Which pair each renderer contributes to each frame, [frame][renderer], if time does not matter: pair k to frame k; where
+/// faults lose pair k, the last good pair before it (-1: none yet).
 std::vector<std::vector<int>> pairs_without_time(const Scenario& scenario);
 
 /// The contributions of one frame, given each renderer's pair (-1: none).

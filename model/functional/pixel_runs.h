@@ -37,8 +37,8 @@ void fill(Pixel pixel, std::size_t count, TargetRun target);
 /// What a composer does: merges its own pixels into those of the pipeline.
 void merge(Composition composition, SourceRun local, std::size_t count, TargetRun pipeline);
 
-/// The source pixels around raster pixels, which smoothing mixes: each one's own, the one beside it, the one in the
-/// other source row, and the one beside that. Where there is none, the own one stands for it.
+/// The source pixels that smoothing mixes for each raster pixel: its own, the one beside it, the one in the other source
+/// row, and the one beside that. A neighbour that is not there is the own pixel again.
 struct Surroundings {
     SourceRun own;
     SourceRun beside;

@@ -23,7 +23,7 @@ class WrongPixels {
   private:
     const Scenario& scenario_;
     Compositor compositor_;
-    std::optional<int> frame_;  ///< of the compositor, and the pairs that it is made of
+    std::optional<int> frame_;  ///< that the compositor has begun, and its pairs
     std::vector<int> pairs_;
 };
 

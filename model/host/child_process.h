@@ -54,11 +54,11 @@ class ChildProcess {
     std::string complaint_;
 };
 
-/// Closes all descriptors of this process but the standard ones and these: for a child that has no use for what its
-/// parent has open, and at whose end of a pipe others would wait.
+/// Closes all descriptors of this process but the standard ones and these: for a child, which would keep its parent's pipes
+/// open otherwise.
 void close_descriptors_but(std::vector<int> kept);
 
-/// The processes that help this one at the same time on this computer: one for each core, none if there is only one.
+/// How many processes should help this one: one for each core of this computer, none if there is only one.
 std::size_t helper_process_count();
 
 }  // namespace metabuffer

@@ -29,7 +29,7 @@ class MessageChannel {
     int descriptor() const { return ends_[own_]; }
     /// False if nobody receives any more.
     bool send(std::string_view message) const;
-    /// Waits for the next message. Those that a process sent before it ended still come. Empty if none comes any more.
+    /// Waits for the next message; messages that a process sent before it ended still come. Empty: no more will come.
     std::string receive() const;
 
   private:

@@ -9,9 +9,9 @@ namespace metabuffer {
 /// Throws the OutputError that says why a file cannot be written.
 [[noreturn]] void fail_to_write(const std::filesystem::path& file, const std::string& why);
 
-/// A file that appears only when it is whole. It is written aside, in the same folder under a unique name;
-/// put_in_place() then gives it its own name. Until then, and without put_in_place(), an earlier file stays as it was.
-/// A symbolic link is followed to the file that it names; the aside file is never opened through a link.
+/// A file that appears only when it is whole. It is written aside, in the same folder under a unique name, until
+/// put_in_place() gives it its own name. Before that an earlier file stays as it was. A symbolic link is followed to the
+/// file that it names; the aside file is never opened through a link.
 class OutputFile {
   public:
     /// Throws OutputError if nothing can be written there, or if what is there is not a regular file.

@@ -9,10 +9,10 @@ namespace metabuffer {
 
 TemporaryFolder::TemporaryFolder() {
     std::error_code error;
-    std::filesystem::path place = std::filesystem::temp_directory_path(error);
+    std::filesystem::path parent = std::filesystem::temp_directory_path(error);
     // TMPDIR may name a folder of another computer.
-    if (error) place = "/tmp";
-    std::string folder = (place / "metabuffer-XXXXXX").string();
+    if (error) parent = "/tmp";
+    std::string folder = (parent / "metabuffer-XXXXXX").string();
     if (mkdtemp(folder.data()) == nullptr) {
         throw std::system_error(errno, std::generic_category(), folder);
     }

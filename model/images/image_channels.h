@@ -34,14 +34,14 @@ struct Depth {
     std::optional<Colours> colours = std::nullopt;
 };
 
-/// The colours of the layer, or without one R, G and B as they are; if there is none, those of the only layer that has
-/// them, also r, g and b; if there is none either, the grey of Y. Throws InputError, without the file's name, if there is
-/// none or more than one.
+/// The colours of the layer. Without a layer, the first of these that the file has: channels R, G and B; those of the only
+/// layer that has them, also r, g and b; the grey of Y. Throws InputError, without the file's name, if there is none or
+/// more than one.
 Colours find_colours(const std::vector<Part>& parts, const std::optional<std::string>& layer);
 
-/// Z in an image's own file: of the layer, which may also be a channel. Without one: Z of the colours' layer, else the only
-/// channel that is called Z, Depth or depth, or the only one of these that depth is named for. Z that comes with X or Y
-/// is a vector's. Throws as find_colours does.
+/// Z in an image's own file: of the layer, which may also be a channel. Without a layer: Z of the colours' layer, else the
+/// only channel that is called Z, Depth or depth, or the only one of these that depth is named for. Z that comes with X
+/// or Y is a vector's. Throws as find_colours does.
 Depth find_depth(const std::vector<Part>& parts, const std::optional<std::string>& layer,
                  const Colours& colours);
 

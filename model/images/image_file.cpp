@@ -63,15 +63,15 @@ void check_webp_canvas(const Path& file, std::string_view bytes) {
 
 /// OpenImageIO accepts any number of bytes a channel that an SGI file names; with 0 it reads beyond its memory.
 void check_sgi_channels(const Path& file, std::string_view bytes) {
-    constexpr std::size_t kChannelBytesPlace = 3;
-    if (bytes.size() <= kChannelBytesPlace) return;
-    const int channel_bytes = static_cast<unsigned char>(bytes[kChannelBytesPlace]);
+    constexpr std::size_t kChannelBytesOffset = 3;
+    if (bytes.size() <= kChannelBytesOffset) return;
+    const int channel_bytes = static_cast<unsigned char>(bytes[kChannelBytesOffset]);
     if (channel_bytes == 1 || channel_bytes == 2) return;
     fail_unreadable_image(file, "it has " + std::to_string(channel_bytes) + " bytes a channel, not 1 or 2");
 }
 
 /// OpenImageIO takes one byte of white space for the end of a header. With two, CR and LF, all samples would be in the
-/// wrong place.
+/// the wrong offset.
 void check_pnm_header(const Path& file, std::string_view bytes) {
     if (bytes.size() < 2 || "456fF"sv.find(bytes[1]) == std::string_view::npos) return;  // samples in words
     std::ifstream input(file, std::ios::binary);
@@ -134,7 +134,7 @@ int radiance_orientation(const Path& /*file*/, int of_reader) {
 constexpr std::array<ImageFormat, 8> kFormats{{
     {"png", "PNG", [](std::string_view bytes) { return begins(bytes, "\x89PNG\r\n\x1a\n"sv); }},
     {"openexr", "OpenEXR", [](std::string_view bytes) { return begins(bytes, "\x76\x2f\x31\x01"sv); },
-     nullptr, nullptr, OpenImageFile::Windows::kPlaced, true},
+     nullptr, nullptr, OpenImageFile::Windows::kPositioned, true},
     {"tiff", "TIFF",
      [](std::string_view bytes) {
          return begins(bytes, "II*\0"sv) || begins(bytes, "MM\0*"sv) || begins(bytes, "II+\0"sv) ||

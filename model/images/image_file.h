@@ -13,18 +13,18 @@
 
 namespace metabuffer {
 
-/// An image file that is open for reading: samples unconverted, and R, G and B as the file has them, multiplied by alpha or
-/// not (the attribute oiio:UnassociatedAlpha says which).
+/// An image file that is open for reading. Samples are unconverted; the attribute oiio:UnassociatedAlpha says whether R, G
+/// and B are multiplied by alpha.
 struct OpenImageFile {
     enum class Windows : std::uint8_t {
-        kNone,    ///< the format has none that mean where an image is shown
-        kSized,   ///< a display window, whose place means nothing
-        kPlaced,  ///< a display window at its place
+        kNone,        ///< the format has no display window
+        kSized,       ///< a display window, whose position means nothing
+        kPositioned,  ///< a display window with a position
     };
     std::unique_ptr<OIIO::ImageInput> input;
     int orientation = 1;  ///< as EXIF numbers them
     Windows windows = Windows::kNone;
-    bool has_parts = false;  ///< which belong together; if not, only the first image counts
+    bool has_parts = false;  ///< the file's images belong together; if not, only the first counts
 };
 
 /// Opens an image in one of the formats that renderers and frame grabbers write, recognized by its first bytes and not

@@ -12,10 +12,9 @@
 
 namespace metabuffer {
 
-/// The codec of the program, its processes included: what it is asked for is done in a separate process, which is
-/// started for the first image and loads OpenImageIO and its libraries there. If these start threads, wait for ever or crash
-/// when they are loaded, or crash over an image, this process goes on. A program that uses OpenImageIO itself makes this
-/// object first: OpenImageIO's threads are not there in a process that is forked later.
+/// The codec of the program. It works in a separate process, which is started for the first image and loads OpenImageIO and
+/// its libraries. If these start threads, wait for ever or crash, this process goes on. A program that uses OpenImageIO
+/// itself makes this object first: OpenImageIO's threads are missing in a process that is forked later.
 ///
 /// This process and each child of it have a connection of their own. At the other end of each is a child of the process
 /// that has loaded the libraries, so images can be read and written at the same time.

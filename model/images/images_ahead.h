@@ -13,9 +13,9 @@ namespace metabuffer {
 ///
 /// images: in the order of their use. processes: the most that are started; fewer if this computer allows no more.
 ///
-/// Returns the same images; the processes live as long as one of them does and as long as there is something to read.
-/// What a process cannot do because memory is short or since it was killed, the caller of pixels() does itself, and a
-/// child of this process does all itself. So only an image's own fault is an error, the one of the original image.
+/// Returns the same images. The processes live as long as one of the images does and as long as there is something to
+/// read. An image that a process cannot read because memory is short or it was killed is read by the caller of pixels(),
+/// and a child of this process reads all its images itself. So an error is always a fault of the image's file.
 std::vector<std::shared_ptr<const StoredImage>> read_ahead(
     std::vector<std::shared_ptr<const StoredImage>> images, std::size_t processes);
 

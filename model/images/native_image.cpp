@@ -152,8 +152,8 @@ DisplayWindow NativeImage::window(int part) const {
              std::to_string(kLargestImageBytes / kMegabyte) +
              " MB or less, with no channels but R, G, B, A and Z");
     }
-    const bool has_place = open_.windows == OpenImageFile::Windows::kPlaced;
-    return {has_place ? spec.full_x : 0, has_place ? spec.full_y : 0, size};
+    const bool has_position = open_.windows == OpenImageFile::Windows::kPositioned;
+    return {has_position ? spec.full_x : 0, has_position ? spec.full_y : 0, size};
 }
 
 NativeSamples NativeImage::read(int part, int first, int last) {

@@ -18,15 +18,15 @@
 
 namespace metabuffer {
 
-/// The display window of an image: what it shows, and where its pixels are numbered from.
+/// The display window of an image: the coordinates of its first pixel, and its size.
 struct DisplayWindow {
     int x = 0;
     int y = 0;
     ImageSize size;  ///< of the upright image
 };
 
-/// Where the samples of a file lie in the upright image. A file's samples are those of a data window, which may be larger
-/// or smaller than the display window. Samples outside of this one lie nowhere.
+/// Where the samples of a file lie in the upright image. A file has the samples of a data window, which may be larger or
+/// smaller than the display window. Samples outside of the display window are left out.
 class Placement {
   public:
     /// orientation: as EXIF numbers them, 1 to 8; others count as 1, upright. The windows are those of the file.

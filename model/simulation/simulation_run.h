@@ -11,11 +11,11 @@
 namespace metabuffer {
 
 /// Lets that much time pass, or less if the machine pauses. If an image cannot be read meanwhile, throws what its reader
-/// has thrown and not what the kernel has made of it.
+/// has thrown, not the kernel's wrapping of it.
 void advance_kernel(const Scenario& scenario, const sc_core::sc_time& time);
 
-/// Runs the kernel for a level that has time. It measures its time without the host's callback and without the reading of
-/// images. It brings an exception of that callback out of the kernel, which would wrap it.
+/// Runs the kernel for a level that has time. Measures the kernel's time, without the host's callback and without the
+/// reading of images. An exception of the callback reaches the caller unwrapped.
 class SimulationRun {
   public:
     /// on_frame_shown: the host's; may be empty, may throw. The scenario must outlive it.

@@ -93,12 +93,12 @@ TraceWindow parse_trace_window(const std::string& text) {
 }
 
 std::optional<CycleSpan> scout(const TraceWindow& window,
-                               const std::function<std::optional<CycleSpan>()>& look) {
+                               const std::function<std::optional<CycleSpan>()>& search) {
     constexpr CycleSpan kNotFound{0, -1};
-    ChildProcess process([&look, kNotFound](const ChildProcess::Sender& sender) {
+    ChildProcess process([&search, kNotFound](const ChildProcess::Sender& sender) {
         CycleSpan event = kNotFound;
         try {
-            event = look().value_or(kNotFound);
+            event = search().value_or(kNotFound);
         } catch (const std::exception&) {  // the real run reports it
         }
         sender.send(&event, sizeof event);

@@ -40,8 +40,8 @@ struct TraceWindow {
 /// `first-starved-pixel`. Throws InputError.
 TraceWindow parse_trace_window(const std::string& text);
 
-/// The cycles of the event that a window lies around, as a machine of any level has met it; nothing if it has not met
-/// it yet, or if the window has no event.
+/// The cycles of the event that a window lies around, in a machine of any level; nothing if it has not happened yet, or if
+/// the window has no event.
 template <typename Machine>
 std::optional<CycleSpan> event_of(const TraceWindow& window, const Machine& machine) {
     using Kind = TraceWindow::Kind;
@@ -73,10 +73,10 @@ std::optional<CycleSpan> event_of(const TraceWindow& window, const Machine& mach
 using FindWindow =
     std::function<std::optional<CycleSpan>(const Scenario& scenario, const TraceWindow& window)>;
 
-/// Makes a level's FindWindow: calls `look` in a separate process, where it runs a machine up to the window's event. A
-/// trace must start before its event, so an earlier run has to find the event; every run is the same. If `look` throws,
+/// Makes a level's FindWindow: calls `search` in a separate process, where it runs a machine up to the window's event. A
+/// trace must start before its event, so an earlier run has to find the event; every run is the same. If `search` throws,
 /// there is no event: the real run meets the same error and reports it. Throws InputError.
 std::optional<CycleSpan> scout(const TraceWindow& window,
-                               const std::function<std::optional<CycleSpan>()>& look);
+                               const std::function<std::optional<CycleSpan>()>& search);
 
 }  // namespace metabuffer

@@ -474,11 +474,11 @@ TEST_CASE("image: an SGI file has one or two bytes a channel") {
     REQUIRE(load(file).width_pixels == 4);
     std::ifstream stream(file, std::ios::binary);
     std::string bytes(std::istreambuf_iterator<char>(stream), {});
-    constexpr std::size_t kChannelBytesPlace = 3;
-    REQUIRE(bytes[kChannelBytesPlace] == 1);
+    constexpr std::size_t kChannelBytesOffset = 3;
+    REQUIRE(bytes[kChannelBytesOffset] == 1);
     // OpenImageIO accepts any number: with 0 it reads beyond its memory, with a negative one it throws.
     for (const int count : {0, 3, 189, 255}) {
-        bytes[kChannelBytesPlace] = static_cast<char>(count);
+        bytes[kChannelBytesOffset] = static_cast<char>(count);
         directory.write("channels.sgi", bytes);
         CHECK_THAT(error_of(file),
                    Catch::Contains(" is not a readable image: it has " + std::to_string(count) +
