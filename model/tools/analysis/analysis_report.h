@@ -6,8 +6,7 @@
 
 namespace metabuffer::analysis {
 
-/// What `metabuffer analyze` prints.
-/// details: also all that is known of each table.
+/// What `metabuffer analyze` prints. details: also all that is known of each table.
 std::string analysis_text(const Analysis& analysis, bool details);
 
 /// The parts that cannot keep up with that rate, whatever the buffers, as in "the raster and the displays". Empty if

@@ -253,16 +253,16 @@ double BufferBound::refill_pixels(const BusTable& table, std::size_t row) const 
     return most;
 }
 
-BufferCase BufferBound::case_of(Place place, std::int64_t buffer_pixels, const FillTimes& fill) const {
-    const BusTable& table = tables_[place.table];
+BufferCase BufferBound::case_of(RowIndex index, std::int64_t buffer_pixels, const FillTimes& fill) const {
+    const BusTable& table = tables_[index.table];
     BufferCase result;
     result.buffer_pixels = buffer_pixels;
     result.follows_a_frame = several_frames_;
-    result.refill_pixels = refills_[place.table];
+    result.refill_pixels = refills_[index.table];
     for (std::size_t j = 0; j < table.users().size(); ++j) {
         ColumnShift shift;
-        if (j != place.row && table.knows_rivals())
-            shift = {fill.later(table, place.row, j), fill.later(table, j, place.row)};
+        if (j != index.row && table.knows_rivals())
+            shift = {fill.later(table, index.row, j), fill.later(table, j, index.row)};
         result.shifts.push_back(shift);
         std::int64_t largest = 0;
         for (const BusTable& other : tables_) {
@@ -278,16 +278,16 @@ BufferCase BufferBound::case_of(Place place, std::int64_t buffer_pixels, const F
     return result;
 }
 
-std::optional<BufferBound::Place> BufferBound::unsafe_place(std::int64_t buffer_pixels) const {
+std::optional<BufferBound::RowIndex> BufferBound::find_unsafe(std::int64_t buffer_pixels) const {
     const FillTimes fill(*this, buffer_pixels);
-    const auto unsafe = [&](Place place) {
-        return !is_starvation_free(tables_[place.table], place.row, case_of(place, buffer_pixels, fill));
+    const auto unsafe = [&](RowIndex index) {
+        return !is_starvation_free(tables_[index.table], index.row, case_of(index, buffer_pixels, fill));
     };
     if (suspect_ && unsafe(*suspect_)) return suspect_;
     for (std::size_t table = 0; table < tables_.size(); ++table) {
         for (std::size_t row = 0; row < tables_[table].users().size(); ++row) {
             if (unsafe({table, row})) {
-                suspect_ = Place{table, row};
+                suspect_ = RowIndex{table, row};
                 return suspect_;
             }
         }
@@ -296,7 +296,7 @@ std::optional<BufferBound::Place> BufferBound::unsafe_place(std::int64_t buffer_
 }
 
 bool BufferBound::is_safe(std::int64_t buffer_pixels) const {
-    return buffer_pixels >= smallest_legal_pixels() && !unsafe_place(buffer_pixels).has_value();
+    return buffer_pixels >= smallest_legal_pixels() && !find_unsafe(buffer_pixels).has_value();
 }
 
 /// Searches in strides that double, then bisects between the last two sizes. Safety need not be monotonic, but the size
@@ -306,35 +306,35 @@ std::optional<BufferBound::Result> BufferBound::find() const {
     Result result;
     std::int64_t unsafe = smallest_legal_pixels();
     const std::int64_t largest = whole_segment_pixels();
-    std::optional<Place> place = unsafe_place(unsafe);
-    if (!place) {
+    std::optional<RowIndex> index = find_unsafe(unsafe);
+    if (!index) {
         result.pixels = unsafe;
         return result;
     }
     std::int64_t safe = largest;
     for (std::int64_t stride = 1; unsafe + stride < largest; stride *= 2) {
         const std::int64_t tried = unsafe + stride;
-        const std::optional<Place> found = unsafe_place(tried);
+        const std::optional<RowIndex> found = find_unsafe(tried);
         if (!found) {
             safe = tried;
             break;
         }
         unsafe = tried;
-        place = found;
+        index = found;
     }
     while (safe - unsafe > 1) {
         const std::int64_t tried = unsafe + (safe - unsafe) / 2;
-        if (const std::optional<Place> found = unsafe_place(tried)) {
+        if (const std::optional<RowIndex> found = find_unsafe(tried)) {
             unsafe = tried;
-            place = found;
+            index = found;
         } else {
             safe = tried;
         }
     }
-    const BusTable& table = tables_[place->table];
+    const BusTable& table = tables_[index->table];
     result.pixels = safe;
     result.renderer = table.renderer();
-    result.display = table.users()[place->row].display();
+    result.display = table.users()[index->row].display();
     return result;
 }
 

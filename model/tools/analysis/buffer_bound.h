@@ -43,15 +43,15 @@ class BufferBound {
     std::optional<Result> find() const;
 
   private:
-    struct Place {
+    struct RowIndex {
         std::size_t table = 0;
         std::size_t row = 0;
     };
     /// When a composer is prefetched, in clocks.
     class FillTimes;
 
-    std::optional<Place> unsafe_place(std::int64_t buffer_pixels) const;
-    BufferCase case_of(Place place, std::int64_t buffer_pixels, const FillTimes& fill) const;
+    std::optional<RowIndex> find_unsafe(std::int64_t buffer_pixels) const;
+    BufferCase case_of(RowIndex index, std::int64_t buffer_pixels, const FillTimes& fill) const;
     double refill_pixels(const BusTable& table, std::size_t row) const;
 
     MachineFigures machine_;
@@ -60,7 +60,7 @@ class BufferBound {
     std::size_t displays_ = 0;
     bool several_frames_ = false;
     std::vector<std::vector<double>> refills_;  ///< by table and row
-    mutable std::optional<Place> suspect_;      ///< was unsafe last, so it is checked first
+    mutable std::optional<RowIndex> suspect_;   ///< was unsafe last, so it is checked first
 };
 
 }  // namespace metabuffer::analysis

@@ -9,8 +9,8 @@
 namespace metabuffer::analysis {
 
 /// Up to three pixels at either end of a smoothed source row may be needed, or released, at once: the raster's edges cut
-/// short what lies beside it. So arithmetic looks at one more than those. Between them the raster takes one pixel every
-/// Dmultiple positions. Where the raster's top or bottom cuts a row, all of it may go at once.
+/// short what lies beside it. So arithmetic goes one pixel beyond those. Between the ends the raster takes one pixel every
+/// Dmultiple positions. Where the raster's top or bottom cuts a row, all of the row may be needed or released at once.
 constexpr std::int64_t kUnevenPixels = 4;
 
 /// Whether the first word of a burst finds its page open.

@@ -5,7 +5,7 @@
 
 namespace metabuffer::analysis {
 
-/// What becomes of a composer's slot directly after its own burst. After a burst of a single beat a composer is passed
+/// What becomes of a composer's slot directly after its own burst: after a burst of a single beat the composer is passed
 /// over for one clock (docs/design.md).
 enum class RepeatedSlot : std::uint8_t {
     kGranted,  ///< it gets the slot: bursts have several beats

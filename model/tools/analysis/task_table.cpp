@@ -40,17 +40,18 @@ std::vector<Draft> drafts_of(const ViewportTable& rows, int raster_width, int ra
     // Displays go down each column of the wall, one column after the other.
     std::vector<std::size_t> order(rows.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
-    const auto place = [&](std::size_t index) {
+    const auto position = [&](std::size_t index) {
         const int display = rows[index].dcomp - 1;
         return std::pair(display % display_columns, display / display_columns);
     };
-    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return place(a) < place(b); });
+    std::sort(order.begin(), order.end(),
+              [&](std::size_t a, std::size_t b) { return position(a) < position(b); });
 
     std::vector<Draft> drafts;
     for (const std::size_t index : order) {
         const ViewportRow& row = rows[index];
         const Segment segment(row, raster_width, raster_height);
-        const int column = place(index).first;
+        const int column = position(index).first;
         int band = 0;
         Draft* found = nullptr;
         for (Draft& draft : drafts) {

@@ -277,16 +277,16 @@ class RowReader {
     }
 
   private:
-    using Place = std::optional<std::size_t>;
+    using Column = std::optional<std::size_t>;
 
-    Place add(const ResultsReader& reader, const std::string& expression, const char* option) {
+    Column add(const ResultsReader& reader, const std::string& expression, const char* option) {
         if (expression.empty()) return {};
         exploration::sql_expression(expression, reader.columns(), option);
         expressions_.push_back(expression);
         return expressions_.size() - 1;
     }
-    static Json at(const std::vector<Value>& row, const Place& place) {
-        return place ? json_of(row[*place]) : Json();
+    static Json at(const std::vector<Value>& row, const Column& column) {
+        return column ? json_of(row[*column]) : Json();
     }
     static std::string text_of_json(const Json& json) {
         return json.is_string() ? json.get<std::string>() : json.dump();
@@ -294,13 +294,13 @@ class RowReader {
     static bool is_above_zero(const Json& number) { return number.is_number() && number.get<double>() > 0.0; }
 
     std::vector<std::string> expressions_;
-    Place x_;
+    Column x_;
     std::vector<std::size_t> y_;
-    Place colour_;
-    Place facet_;
-    Place label_;
-    Place starved_;
-    Place rejected_;
+    Column colour_;
+    Column facet_;
+    Column label_;
+    Column starved_;
+    Column rejected_;
     ResultsReader::Table table_;
 };
 

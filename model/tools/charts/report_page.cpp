@@ -37,16 +37,16 @@ constexpr const char* kWallSeconds = "wall_seconds";
 class Columns {
   public:
     explicit Columns(const std::vector<std::string>& names) {
-        for (std::size_t n = 0; n < names.size(); ++n) places_[names[n]] = n;
+        for (std::size_t n = 0; n < names.size(); ++n) columns_[names[n]] = n;
     }
     /// An empty value if there is no such column.
     Value in(const std::vector<Value>& row, const std::string& name) const {
-        const auto place = places_.find(name);
-        return place == places_.end() ? Value() : row[place->second];
+        const auto column = columns_.find(name);
+        return column == columns_.end() ? Value() : row[column->second];
     }
 
   private:
-    std::map<std::string, std::size_t> places_;
+    std::map<std::string, std::size_t> columns_;
 };
 
 /// One file, the points of it that the page shows, and where they are in the page.

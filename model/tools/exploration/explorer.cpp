@@ -214,8 +214,8 @@ void Explorer::Session::fill() {
             return;
         }
         // The results may hold many points already, which begin and end here without a wait.
-        constexpr std::size_t kPointsBetweenLooks = 256;
-        if (next_number_ % kPointsBetweenLooks == 0 && stop_is_wanted()) {
+        constexpr std::size_t kPointsBetweenPolls = 256;
+        if (next_number_ % kPointsBetweenPolls == 0 && stop_is_wanted()) {
             stopped_ = true;
             return;
         }

@@ -266,9 +266,9 @@ struct Expression::Statement {
     Statement(std::string text_in, const std::vector<std::string>& known, std::string where_in)
         : text(std::move(text_in)), where(std::move(where_in)), database(expression_database()) {
         const std::string sql = Scanner(text, known, where, [this](const std::string& name) {
-                                    auto place = std::find(names.begin(), names.end(), name);
-                                    if (place == names.end()) place = names.insert(place, name);
-                                    return "?" + std::to_string(place - names.begin() + 1);
+                                    auto position = std::find(names.begin(), names.end(), name);
+                                    if (position == names.end()) position = names.insert(position, name);
+                                    return "?" + std::to_string(position - names.begin() + 1);
                                 }).scan();
         try {
             // A condition, unlike a column, can neither be named (`a b` is `a AS b`) nor count rows.

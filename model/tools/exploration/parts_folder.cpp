@@ -74,21 +74,20 @@ void copy_into_place(const std::filesystem::path& from, const std::filesystem::p
 
 }  // namespace
 
-std::vector<std::filesystem::path> results_in(const std::filesystem::path& place) {
+std::vector<std::filesystem::path> results_in(const std::filesystem::path& path) {
     std::error_code error;
-    if (!std::filesystem::is_directory(place, error)) return {place};
-    std::vector<std::filesystem::path> files = parts_in(place);
+    if (!std::filesystem::is_directory(path, error)) return {path};
+    std::vector<std::filesystem::path> files = parts_in(path);
     if (files.empty()) {
-        throw InputError("'" + place.string() + "' holds no results: there is no file *" + kEnding +
-                         " in it");
+        throw InputError("'" + path.string() + "' holds no results: there is no file *" + kEnding + " in it");
     }
     return files;
 }
 
-std::vector<std::filesystem::path> results_in(const std::vector<std::string>& places) {
+std::vector<std::filesystem::path> results_in(const std::vector<std::string>& paths) {
     std::vector<std::filesystem::path> files;
-    for (const std::string& place : places) {
-        const std::vector<std::filesystem::path> found = results_in(std::filesystem::path(place));
+    for (const std::string& path : paths) {
+        const std::vector<std::filesystem::path> found = results_in(std::filesystem::path(path));
         files.insert(files.end(), found.begin(), found.end());
     }
     return files;

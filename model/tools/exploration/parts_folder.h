@@ -16,8 +16,8 @@ namespace metabuffer::exploration {
 
 /// The results files that a name on a command line stands for: the file, or all *.db files of the folder, by name.
 /// Throws InputError if there is none.
-std::vector<std::filesystem::path> results_in(const std::filesystem::path& place);
-std::vector<std::filesystem::path> results_in(const std::vector<std::string>& places);
+std::vector<std::filesystem::path> results_in(const std::filesystem::path& path);
+std::vector<std::filesystem::path> results_in(const std::vector<std::string>& paths);
 
 /// The *.db files of a folder by name, without an error if there are none. Throws InputError if it cannot be read.
 std::vector<std::filesystem::path> parts_in(const std::filesystem::path& folder);
@@ -33,10 +33,10 @@ void check_belongs(const std::filesystem::path& file, const ResultsIdentity& ide
 std::optional<MissingPoints> missing_in(const std::filesystem::path& folder, const ResultsIdentity& identity,
                                         const std::string& digest, std::int64_t shards);
 
-/// The results of one shard, on the way to a folder that computers share. They are written on a disk of this computer
-/// alone, since SQLite's locks need not work elsewhere. What is new is handed in from time to time as a file of its
-/// own, put in place by renaming it. So nothing is written twice, two processes that run the same shard do no harm, and
-/// one that is killed loses only what it has not handed in.
+/// The results of one shard, on the way to a folder that computers share. They are written to a disk of this computer,
+/// since SQLite's locks need not work elsewhere. From time to time the new ones are handed in as a file of their own, put
+/// in place by renaming it. So nothing is written twice, two processes that run the same shard do no harm, and one that
+/// is killed loses only what it has not handed in.
 class PartsFolder {
   public:
     /// Begins with what the folder holds of the shard. The folder must exist. Throws InputError if it holds results of

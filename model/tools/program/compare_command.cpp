@@ -47,16 +47,16 @@ class PictureComparison {
   public:
     void take(TimedLevel level, LevelProcess::Picture picture) {
         Waiting& others = waiting_of(level == TimedLevel::kRtl ? TimedLevel::kTlm : TimedLevel::kRtl);
-        const Place place{picture.frame, picture.display};
-        const auto counterpart = others.pictures.find(place);
+        const PictureKey key{picture.frame, picture.display};
+        const auto counterpart = others.pictures.find(key);
         if (counterpart == others.pictures.end()) {
             Waiting& own = waiting_of(level);
             own.pixels += picture.image.values.size();
-            own.pictures.emplace(place, std::move(picture.image));
+            own.pictures.emplace(key, std::move(picture.image));
             return;
         }
         const bool is_rtl = level == TimedLevel::kRtl;
-        compare(place, is_rtl ? &picture.image : &counterpart->second,
+        compare(key, is_rtl ? &picture.image : &counterpart->second,
                 is_rtl ? &counterpart->second : &picture.image);
         others.pixels -= counterpart->second.values.size();
         others.pictures.erase(counterpart);
@@ -64,8 +64,8 @@ class PictureComparison {
 
     /// Call it after the last picture: it compares those that have no counterpart.
     void finish() {
-        for (const auto& [place, image] : rtl_.pictures) compare(place, &image, nullptr);
-        for (const auto& [place, image] : tlm_.pictures) compare(place, nullptr, &image);
+        for (const auto& [key, image] : rtl_.pictures) compare(key, &image, nullptr);
+        for (const auto& [key, image] : tlm_.pictures) compare(key, nullptr, &image);
     }
 
     bool is_far_ahead(TimedLevel level) { return waiting_of(level).pixels > kMostPixelsAhead; }
@@ -80,24 +80,24 @@ class PictureComparison {
     std::size_t compared() const { return compared_; }
 
   private:
-    using Place = std::pair<int, int>;  ///< frame and display
+    using PictureKey = std::pair<int, int>;  ///< frame and display
 
     struct Waiting {
-        std::multimap<Place, ColourImage> pictures;
+        std::multimap<PictureKey, ColourImage> pictures;
         std::size_t pixels = 0;
     };
 
     Waiting& waiting_of(TimedLevel level) { return level == TimedLevel::kRtl ? rtl_ : tlm_; }
 
-    void compare(const Place& place, const ColourImage* rtl, const ColourImage* tlm) {
+    void compare(const PictureKey& key, const ColourImage* rtl, const ColourImage* tlm) {
         ++compared_;
-        const auto difference = picture_difference(place.second, place.first, rtl, tlm);
-        if (difference) differences_.emplace(place, *difference);
+        const auto difference = picture_difference(key.second, key.first, rtl, tlm);
+        if (difference) differences_.emplace(key, *difference);
     }
 
     Waiting rtl_;
     Waiting tlm_;
-    std::multimap<Place, std::string> differences_;
+    std::multimap<PictureKey, std::string> differences_;
     std::size_t compared_ = 0;
 };
 

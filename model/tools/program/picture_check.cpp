@@ -23,17 +23,17 @@ bool may_have_starved(const RunReport& report, int frame, int display) {
                        });
 }
 
-/// A picture's place in the run: its name for PictureProcesses.
-struct Place {
+/// Which picture of the run: its name for PictureProcesses.
+struct PictureKey {
     int frame;
     int display;
 };
 
-std::string name_of(const Place& place) {
-    return std::to_string(place.frame) + " " + std::to_string(place.display);
+std::string name_of(const PictureKey& key) {
+    return std::to_string(key.frame) + " " + std::to_string(key.display);
 }
 
-Place place_of(const std::string& name) {
+PictureKey key_of(const std::string& name) {
     const std::size_t space = name.find(' ');
     return {std::stoi(name.substr(0, space)), std::stoi(name.substr(space))};
 }
@@ -47,12 +47,12 @@ PictureCheck::PictureCheck(const Scenario& scenario)
       processes_(
           extent(scenario.displays),
           [this](const std::string& name, const ColourImage& picture) {
-              const Place place = place_of(name);
-              return !(picture == wanted(place.frame, place.display));
+              const PictureKey key = key_of(name);
+              return !(picture == wanted(key.frame, key.display));
           },
           [this](const std::string& name, const ColourImage& picture) {
-              const Place place = place_of(name);
-              keep(place.frame, place.display, picture);
+              const PictureKey key = key_of(name);
+              keep(key.frame, key.display, picture);
           }) {}
 
 /// One process, which holds the pictures of a frame, unless these are very large.

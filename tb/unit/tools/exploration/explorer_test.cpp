@@ -473,9 +473,9 @@ TEST_CASE("explorer: a scenario may be added to the results of others") {
 TEST_CASE("explorer: what was killed from outside or missed a file is tried again") {
     const Place place;
     const SweepPlan plan = place.plan("renderers.0.frames.0.image", {"view.ppm", "late.ppm"});
-    const std::filesystem::path told = place.directory / "told";
-    const Simulate simulate = [&told](const Scenario& scenario, bool /*pictures*/) {
-        if (!std::filesystem::exists(told)) kill(getpid(), SIGKILL);
+    const std::filesystem::path go_file = place.directory / "go";
+    const Simulate simulate = [&go_file](const Scenario& scenario, bool /*pictures*/) {
+        if (!std::filesystem::exists(go_file)) kill(getpid(), SIGKILL);
         return simulation_of(scenario, 1);
     };
     const auto statuses = [&] {
@@ -490,7 +490,7 @@ TEST_CASE("explorer: what was killed from outside or missed a file is tried agai
         return result;
     };
     CHECK(statuses() == std::vector<RunStatus>{RunStatus::kCrashed, RunStatus::kInvalid});
-    std::ofstream(told) << "go";
+    std::ofstream(go_file) << "go";
     place.directory.write("late.ppm", image());
     CHECK(statuses() == std::vector<RunStatus>{RunStatus::kDone, RunStatus::kDone});
 }

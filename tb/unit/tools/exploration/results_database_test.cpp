@@ -118,7 +118,7 @@ class Child {
             try {
                 work(ends[1]);
             } catch (const std::exception& error) {
-                tell(ends[1], error.what());
+                send(ends[1], error.what());
             }
             _exit(0);
         }
@@ -135,7 +135,7 @@ class Child {
         close(descriptor_);
     }
 
-    static void tell(int descriptor, const std::string& text) {
+    static void send(int descriptor, const std::string& text) {
         if (write(descriptor, text.data(), text.size()) < 0) _exit(1);
     }
 
@@ -497,25 +497,25 @@ TEST_CASE("results: whatever moment the writer is killed at - what it had added 
                 run.report += std::string(static_cast<std::size_t>(n % 7) * 1000, 'r');
                 run.pictures = {{1, std::string(static_cast<std::size_t>(n % 5) * 20000, 'p')}};
                 database.add_point(point_of(run.settings), run);
-                Child::tell(descriptor, "+");
+                Child::send(descriptor, "+");
             }
         });
         const auto wanted = static_cast<std::size_t>(random.between(0, 60));
-        std::size_t told = child.read_bytes(wanted).size();
-        REQUIRE(told == wanted);
+        std::size_t received = child.read_bytes(wanted).size();
+        REQUIRE(received == wanted);
         usleep(static_cast<useconds_t>(random.between(0, 3000)));
         child.kill_and_wait();
-        told += child.read_all().size();
-        rounds_with_points += told > 0 ? 1 : 0;
+        received += child.read_all().size();
+        rounds_with_points += received > 0 ? 1 : 0;
 
         // The check is the same whether a reader or the next writer is the first to see what is left.
-        if (random.one_in(2) && std::filesystem::exists(file) && added + static_cast<int>(told) > 0) {
+        if (random.one_in(2) && std::filesystem::exists(file) && added + static_cast<int>(received) > 0) {
             const auto rows = ResultsReader(file).results().rows.size();
-            REQUIRE(rows >= static_cast<std::size_t>(added) + told);
-            REQUIRE(rows <= static_cast<std::size_t>(added) + told + 1);
+            REQUIRE(rows >= static_cast<std::size_t>(added) + received);
+            REQUIRE(rows <= static_cast<std::size_t>(added) + received + 1);
         }
         const ResultsDatabase database = ResultsDatabase::open(file, sweep_identity());
-        for (int n = added; n < added + static_cast<int>(told); ++n) {
+        for (int n = added; n < added + static_cast<int>(received); ++n) {
             const auto point = database.find_point(settings_of(n, "irsa"));
             REQUIRE(point);
             REQUIRE(point->run);
@@ -524,7 +524,7 @@ TEST_CASE("results: whatever moment the writer is killed at - what it had added 
             REQUIRE(run->first == *point->run);
             REQUIRE(run->second.figures.at(figure_index("starved_pixels").value()) == Value(std::int64_t{n}));
         }
-        added += static_cast<int>(told);
+        added += static_cast<int>(received);
         // One that was added and not reported is there in full or not at all.
         const bool is_one_more = database.find_point(settings_of(added, "irsa")).has_value();
         REQUIRE(database.find_run(settings_of(added, "irsa")).has_value() == is_one_more);
@@ -549,7 +549,7 @@ TEST_CASE("results: a writer that is killed as it makes the file leaves one that
     for (const int microseconds : {0, 100, 300, 600, 1000, 1500, 2000, 3000, 5000, 8000}) {
         const ScratchDirectory directory;
         Child child([&](int descriptor) {
-            Child::tell(descriptor, "+");
+            Child::send(descriptor, "+");
             ResultsDatabase::open(directory / "results.db", sweep_identity());
             pause();
         });
@@ -567,7 +567,7 @@ TEST_CASE("results: only one process at a time adds to a file, and a killed one 
     const ScratchDirectory directory;
     const auto file = finished_file(directory);
     const auto attempt = [&file] {
-        Child child([&file](int descriptor) { Child::tell(descriptor, refusal_to_write(file)); });
+        Child child([&file](int descriptor) { Child::send(descriptor, refusal_to_write(file)); });
         return child.read_all();
     };
     {
@@ -589,7 +589,7 @@ TEST_CASE("results: only one process at a time adds to a file, and a killed one 
             char byte = 0;
             _exit(static_cast<int>(read(life[0], &byte, 1)));
         }
-        Child::tell(descriptor, "+");
+        Child::send(descriptor, "+");
         pause();
     });
     REQUIRE(writer.read_bytes(1) == "+");
@@ -609,14 +609,14 @@ TEST_CASE("results: of several writers only one at a time has the file open") {
             try {
                 const ResultsDatabase database = ResultsDatabase::open(file, sweep_identity());
                 const int held = open(mark.c_str(), O_CREAT | O_EXCL | O_WRONLY, 0600);
-                if (held < 0) Child::tell(descriptor, "two at once; ");
+                if (held < 0) Child::send(descriptor, "two at once; ");
                 close(held);
                 usleep(200);
                 unlink(mark.c_str());
                 ++opened;
             } catch (const InputError& error) {
                 if (!contains(error.what(), "another process")) {
-                    Child::tell(descriptor, error.what());
+                    Child::send(descriptor, error.what());
                     return;
                 }
                 // At all sorts of moments, but not too soon, or no writer would ever find another one.
@@ -787,18 +787,18 @@ TEST_CASE("results: what cannot be written is an OutputError and leaves what was
                 database.add_point(point_of(run.settings), run);
             }
         } catch (const OutputError& error) {
-            Child::tell(descriptor, std::to_string(added) + " " + error.what());
+            Child::send(descriptor, std::to_string(added) + " " + error.what());
         }
         // The failed one is not there, not even to its own writer.
         const bool is_half_there = database.find_run(settings_of(1000 + added, "edf")).has_value();
-        Child::tell(descriptor, is_half_there ? " half" : " whole");
+        Child::send(descriptor, is_half_there ? " half" : " whole");
     });
-    const std::string told = child.read_all();
-    INFO(told);
+    const std::string received = child.read_all();
+    INFO(received);
     CHECK(child.ended_well());
-    CHECK(contains(told, "cannot add to '" + file.string() + "': "));
-    CHECK(contains(told, " whole"));
-    const int added = std::stoi(told);
+    CHECK(contains(received, "cannot add to '" + file.string() + "': "));
+    CHECK(contains(received, " whole"));
+    const int added = std::stoi(received);
     CHECK(added > 2);
     CHECK(ResultsReader(file).results().rows.size() == static_cast<std::size_t>(added) + 1);
 }
@@ -812,12 +812,12 @@ std::string as_stranger(const ScratchDirectory& directory, const std::function<v
     Child child([&action](int descriptor) {
         constexpr uid_t kNobody = 65534;
         if (geteuid() == 0 && (setgid(kNobody) != 0 || setuid(kNobody) != 0)) _exit(1);
-        Child::tell(descriptor, refusal(action));
+        Child::send(descriptor, refusal(action));
     });
-    std::string told = child.read_all();
+    std::string received = child.read_all();
     CHECK(child.ended_well());
     chmod(directory.path().c_str(), 0755);
-    return told;
+    return received;
 }
 
 /// A file as a killed writer leaves it.
@@ -826,7 +826,7 @@ std::filesystem::path killed_file(const ScratchDirectory& directory) {
     Child child([&](int descriptor) {
         ResultsDatabase database = ResultsDatabase::open(file, sweep_identity());
         add(database, 128, "edf");
-        Child::tell(descriptor, "+");
+        Child::send(descriptor, "+");
         pause();
     });
     REQUIRE(child.read_bytes(1) == "+");
