@@ -232,9 +232,9 @@ def clocks_in_use(renderer):
 def first_starved_pixels_clock(scenario):
     """The clock that level rtl finds: its waveform begins 200 clocks earlier."""
     out = scenario.with_name(scenario.stem + "-trace")
-    told = run("run", scenario, "--level", "rtl", "--out", out, "--no-images", "--trace", out / "trace.vcd",
+    text = run("run", scenario, "--level", "rtl", "--out", out, "--no-images", "--trace", out / "trace.vcd",
                "--trace-window", "first-starved-pixel", "--trace-modules", "swap_lock")
-    return int(re.search(r"core clocks (\d+) to \d+", told)[1]) + 200
+    return int(re.search(r"core clocks (\d+) to \d+", text)[1]) + 200
 
 
 class RunPage(PageTest):
@@ -592,16 +592,16 @@ class RunPage(PageTest):
         self.hover_pixel(0, 20, 15)
         self.wheel("#wall", point, -400)
 
-        def told(at):
+        def shown(at):
             self.to_point("#wall", (at[0] + 2, at[1])).perform()
             self.to_point("#wall", at).perform()
             return self.pixel_facts()[0]
-        self.wait(lambda: told(beside)[1] < 26, "the wheel zooms in")
-        self.assertEqual((1, 20, 15), told(point))  # what is under the mouse stays there
-        pressed = told(beside)
+        self.wait(lambda: shown(beside)[1] < 26, "the wheel zooms in")
+        self.assertEqual((1, 20, 15), shown(point))  # what is under the mouse stays there
+        pressed = shown(beside)
         self.to_point("#wall", beside).click_and_hold().perform()
         self.to_point("#wall", (beside[0] - 90, beside[1] + 40)).release().perform()
-        self.assertEqual(pressed, told((beside[0] - 90, beside[1] + 40)))
+        self.assertEqual(pressed, shown((beside[0] - 90, beside[1] + 40)))
         self.assertIsNone(self.chosen_clock())  # a drag is not a click
         self.one("#whole-wall").click()
         self.hover_pixel(0, 26, 15)

@@ -3,7 +3,7 @@
 // A request:
 //   chart       "lines", "scatter", "heatmap", "pareto", "policy" or "histogram"
 //   rows        [{x, y, c, f, glitch, rejected, label, id, tip}], where x, y and c are numbers, texts or null
-//                 x, y      the row's place
+//                 x, y      the row's position
 //                 c, f      what decides its colour, and its panel
 //                 glitch    whether its picture is not whole (pareto)
 //                 rejected  whether frames or table rows were rejected (heatmap)
@@ -155,7 +155,7 @@ const metabufferCharts = (() => {
     }
 
     /// Where a chart is drawn: as the whole view, or as one of several panels.
-    function placeOf(request, panelCount) {
+    function areaOf(request, panelCount) {
         const {width, height} = request;
         if (panelCount <= 1) {
             return {single: true, columns: 1, w: {signal: "width"}, h: {signal: "height"}, across: "width",
@@ -195,16 +195,16 @@ const metabufferCharts = (() => {
     }
 
     /// The labels of an axis of names: slanted if the names are too long to fit side by side.
-    function nameLabels(names, place, legendWidth) {
+    function nameLabels(names, area, legendWidth) {
         const longest = names.reduce((length, name) => Math.max(length, formatValue(name).length), 0);
-        const room = (place.mostWidth - (place.single ? 60 + legendWidth : 0)) / Math.max(1, names.length);
+        const room = (area.mostWidth - (area.single ? 60 + legendWidth : 0)) / Math.max(1, names.length);
         return longest * 6.8 + 8 > room ? {labelAngle: -35, labelAlign: "right", labelBaseline: "middle", labelOverlap: names.length > 30}
                                            : {labelOverlap: names.length > 30};
     }
 
     const besidePanels = request => new Set(request.rows.map(row => row.f)).size > 1;
 
-    function legendPlace(request, entries) {
+    function legendPosition(request, entries) {
         if (request.width >= 620 && !besidePanels(request)) return {orient: "right", offset: 14, columns: entries > 20 ? 2 : 1};
         return {orient: "bottom", offset: 8, columns: Math.max(1, Math.floor(request.width / 210)), direction: "horizontal"};
     }
@@ -229,7 +229,7 @@ const metabufferCharts = (() => {
             legends.push({
                 ...(symbol === "square" ? {fill: "colour", symbolType: "square"}
                                         : {stroke: "colour", fill: "colour", shape: "shape"}),
-                title: request.colour && request.colour.title || null, ...legendPlace(request, names.length),
+                title: request.colour && request.colour.title || null, ...legendPosition(request, names.length),
             });
         }
         return {scales, legends, notes};
@@ -248,39 +248,39 @@ const metabufferCharts = (() => {
     }
 
     /// The horizontal axis of rows: numbers on a continuous scale, texts side by side.
-    function horizontal(request, place, rows, options = {}) {
+    function horizontal(request, area, rows, options = {}) {
         const values = rows.map(row => row.x).filter(isThere);
         const axis = {...request.x};
         if (kindOf(values) === "number") {
             if (axis.log === undefined) axis.log = isGeometric(values);
-            const {scale, ticks} = numberScale("x", place.across, values, axis,
+            const {scale, ticks} = numberScale("x", area.across, values, axis,
                                                {ticksOfData: options.ticksOfData, padding: 14,
-                                                wanted: place.mostWidth / 40});
+                                                wanted: area.mostWidth / 40});
             return {scale, axis: axisLabels(axis, ticks, {orient: "bottom", scale: "x", grid: !options.ticksOfData,
-                                                          tickCount: Math.max(3, Math.floor(place.mostWidth / 80))})};
+                                                          tickCount: Math.max(3, Math.floor(area.mostWidth / 80))})};
         }
         const names = inOrder(values);
-        return {scale: {name: "x", type: "point", domain: names, range: place.across, padding: 0.5},
+        return {scale: {name: "x", type: "point", domain: names, range: area.across, padding: 0.5},
                 axis: {orient: "bottom", scale: "x", title: axis.title || null,
-                       ...nameLabels(names, place, 60)}};
+                       ...nameLabels(names, area, 60)}};
     }
 
-    function vertical(request, place, values, options = {}) {
+    function vertical(request, area, values, options = {}) {
         const axis = {...request.y};
         if (axis.log === undefined) axis.log = options.mayBeLog && spansDecades(values);
         const all = values.concat(request.references.map(line => line.value));
-        const upward = !options.roomAbove ? place.upward : [place.upward[0], 18];
-        const {scale, ticks} = numberScale("y", upward, all, axis, {zero: options.zero, wanted: place.mostHeight / 24});
+        const upward = !options.roomAbove ? area.upward : [area.upward[0], 18];
+        const {scale, ticks} = numberScale("y", upward, all, axis, {zero: options.zero, wanted: area.mostHeight / 24});
         return {scale, axis: axisLabels(axis, ticks, {orient: "left", scale: "y", grid: true,
-                                                      tickCount: Math.max(3, Math.floor(place.mostHeight / 50))})};
+                                                      tickCount: Math.max(3, Math.floor(area.mostHeight / 50))})};
     }
 
-    function referenceMarks(request, place, theme, upright) {
+    function referenceMarks(request, area, theme, upright) {
         const data = {name: "references", values: request.references};
-        const at = upright ? {x: {scale: "x", field: "value"}, y: {value: 0}, y2: place.h}
-                           : {y: {scale: "y", field: "value"}, x: {value: 0}, x2: place.w};
+        const at = upright ? {x: {scale: "x", field: "value"}, y: {value: 0}, y2: area.h}
+                           : {y: {scale: "y", field: "value"}, x: {value: 0}, x2: area.w};
         const text = upright ? {x: {scale: "x", field: "value", offset: 5}, y: {value: 4}, baseline: {value: "top"}}
-                             : {x: {...place.w, offset: -4}, align: {value: "right"},
+                             : {x: {...area.w, offset: -4}, align: {value: "right"},
                                 y: {scale: "y", field: "value", offset: -4}, baseline: {value: "bottom"}};
         return {data: request.references.length ? [data] : [], marks: request.references.length ? [
             {type: "rule", from: {data: "references"}, interactive: false, encode: {update: {
@@ -293,7 +293,7 @@ const metabufferCharts = (() => {
     // The tooltip is a row with an id, for which the page shows the point, or a text, which the page shows as it is.
     const pointing = {tooltip: {signal: "datum.id == null ? datum.tip : datum"}, cursor: {signal: "datum.id == null ? 'default' : 'pointer'"}};
 
-    /// One symbol for each row that has a place.
+    /// One symbol for each row that has a position.
     function symbols(data, theme, options = {}) {
         const size = options.size || 46;
         return {type: "symbol", name: options.name || "points", from: {data}, encode: {
@@ -344,13 +344,13 @@ const metabufferCharts = (() => {
 
     const builders = {};
 
-    builders.lines = (request, place, theme, rows, panels) => {
+    builders.lines = (request, area, theme, rows, panels) => {
         const names = seriesNamesOf(rows);
         const series = seriesScales(request, theme, names);
         const valued = rows.filter(row => isNumber(row.y));
         const lost = rows.filter(row => !isNumber(row.y));
-        const x = horizontal(request, place, rows, {ticksOfData: true});
-        const y = vertical(request, place, valued.map(row => row.y),
+        const x = horizontal(request, area, rows, {ticksOfData: true});
+        const y = vertical(request, area, valued.map(row => row.y),
                            {mayBeLog: request.y.mayBeLog, roomAbove: lost.length > 0});
         const notes = [...series.notes];
         if (lost.length) notes.push(`× at the top: no value (${plural(lost.length, "point")})`);
@@ -360,7 +360,7 @@ const metabufferCharts = (() => {
             const several = means.some(mean => mean.n > 1);
             spread = spread || several;
             const drawn = panelRows.filter(row => isNumber(row.y));
-            const references = referenceMarks(request, place, theme, false);
+            const references = referenceMarks(request, area, theme, false);
             return {
                 scales: [x.scale, y.scale], axes: [x.axis, y.axis],
                 data: [{name: "means", values: means}, {name: "rows", values: drawn.map(markRow)},
@@ -391,7 +391,7 @@ const metabufferCharts = (() => {
         return {panels: drawnPanels, scales: series.scales, legends: series.legends, notes};
     };
 
-    builders.scatter = (request, place, theme, rows, panels) => {
+    builders.scatter = (request, area, theme, rows, panels) => {
         const drawnRows = rows.filter(row => isNumber(row.y) && isThere(row.x));
         const names = seriesNamesOf(rows);
         const gradual = names.length > 8 && names.every(isNumber);
@@ -401,14 +401,14 @@ const metabufferCharts = (() => {
                legends: [{fill: "colour", type: "gradient", title: request.colour.title || null,
                           orient: request.width >= 620 && !besidePanels(request) ? "right" : "bottom"}], notes: []}
             : seriesScales(request, theme, names);
-        const x = horizontal(request, place, drawnRows);
-        const y = vertical(request, place, drawnRows.map(row => row.y));
+        const x = horizontal(request, area, drawnRows);
+        const y = vertical(request, area, drawnRows.map(row => row.y));
         const notes = [...series.notes];
         const lost = rows.length - drawnRows.length;
         if (lost) notes.push(`not shown: ${plural(lost, "point")} without a value`);
         const many = drawnRows.length > 400;
         return {panels: panels.map(panelRows => {
-            const references = referenceMarks(request, place, theme, false);
+            const references = referenceMarks(request, area, theme, false);
             return {scales: [x.scale, y.scale], axes: [x.axis, y.axis],
                     data: [{name: "rows", values: panelRows.filter(row => isNumber(row.y) && isThere(row.x)).map(markRow)},
                            ...references.data],
@@ -432,7 +432,7 @@ const metabufferCharts = (() => {
         return front;
     }
 
-    builders.pareto = (request, place, theme, rows, panels) => {
+    builders.pareto = (request, area, theme, rows, panels) => {
         const drawnRows = rows.filter(row => isNumber(row.x) && isNumber(row.y));
         const notes = [];
         const lost = rows.length - drawnRows.length;
@@ -443,25 +443,25 @@ const metabufferCharts = (() => {
         if (!clean && drawnRows.length) notes.push("no point is free of glitches: the front is drawn through those with");
         let leftOut = 0;
         const x = horizontal({...request, x: {...request.x, log: request.x.log === undefined
-            ? spansDecades(drawnRows.map(row => row.x)) : request.x.log}}, place, drawnRows);
-        const y = vertical(request, place, drawnRows.map(row => row.y));
+            ? spansDecades(drawnRows.map(row => row.x)) : request.x.log}}, area, drawnRows);
+        const y = vertical(request, area, drawnRows.map(row => row.y));
         const isBad = `datum.kind == '${badName}'`;
         const coloured = rows.some(row => isThere(row.c));
         const series = coloured ? seriesScales(request, theme, seriesNamesOf(rows), "square") : {scales: [], legends: [], notes: []};
         notes.push(...series.notes);
-        const placeOfLabel = {  // no point is ever above and to the left of the front
+        const positionOfLabel = {  // no point is ever above and to the left of the front
             x: {scale: "x", field: "x"}, y: {scale: "y", field: "y"},
-            align: {signal: `scale('x', datum.x) > ${place.mostWidth * 0.3} ? 'right' : 'left'`},
-            dx: {signal: `scale('x', datum.x) > ${place.mostWidth * 0.3} ? -7 : 0`}, dy: {value: -8}};
+            align: {signal: `scale('x', datum.x) > ${area.mostWidth * 0.3} ? 'right' : 'left'`},
+            dx: {signal: `scale('x', datum.x) > ${area.mostWidth * 0.3} ? -7 : 0`}, dy: {value: -8}};
         const drawnPanels = panels.map(panelRows => {
             const drawn = panelRows.filter(row => isNumber(row.x) && isNumber(row.y));
             const free = drawn.filter(row => !row.glitch);
             const front = frontOf(free.length ? free : drawn);
             const onFront = new Set(front);
             const named = front.filter(row => isThere(row.label));
-            const labels = thinned(named, Math.max(2, Math.floor(place.mostHeight / 26)));
+            const labels = thinned(named, Math.max(2, Math.floor(area.mostHeight / 26)));
             leftOut += named.length - labels.length;
-            const references = referenceMarks(request, place, theme, false);
+            const references = referenceMarks(request, area, theme, false);
             const most = extent(drawn.map(row => row.x))[1];
             // The line goes on to the right: for a higher cost one gets at least as much.
             const line = front.map(row => ({x: row.x, y: row.y}));
@@ -488,7 +488,7 @@ const metabufferCharts = (() => {
                                                   `'${theme.background}'`},
                                  strokeWidth: {signal: "datum.front ? 1.5 : 0.8"}}}),
                     {type: "text", name: "names", from: {data: "labels"}, interactive: false, encode: {update: {
-                        ...placeOfLabel, text: {field: "text"}, limit: {value: place.mostWidth * 0.55}, fill: {value: theme.text}}}},
+                        ...positionOfLabel, text: {field: "text"}, limit: {value: area.mostWidth * 0.55}, fill: {value: theme.text}}}},
                 ],
             };
         });
@@ -499,12 +499,12 @@ const metabufferCharts = (() => {
             {name: "kindShape", type: "ordinal", domain: kinds,
              range: kinds.map(kind => kind === badName ? "triangle-up" : "circle")},
         ], legends: [...(kinds.length ? [{...(coloured ? {} : {fill: "kindColour"}), shape: "kindShape", title: null,
-                                          ...legendPlace(request, 2)}] : []), ...series.legends],
+                                          ...legendPosition(request, 2)}] : []), ...series.legends],
         notes: drawnRows.length ? ["line: the front, the cheapest of each value", ...notes,
                                    ...(leftOut > 0 ? [`${plural(leftOut, "name")} of the front left out`] : [])] : notes};
     };
 
-    builders.heatmap = (request, place, theme, rows, panels) => {
+    builders.heatmap = (request, area, theme, rows, panels) => {
         const columns = inOrder(rows.map(row => row.x));
         const lines = inOrder(rows.map(row => row.y));
         if (kindOf(lines) === "category") lines.reverse();  // texts are read from the top; numbers grow upwards
@@ -545,10 +545,10 @@ const metabufferCharts = (() => {
                        type: uneven ? "log" : "linear",
                        range: countsBadness ? {scheme: "yelloworangered", extent: [0.12, 0.95]}
                                             : {scheme: "viridis", extent: [0.08, 1]}};
-        const besideLegend = request.width >= 620 && place.single ? 120 : 0;
+        const besideLegend = request.width >= 620 && area.single ? 120 : 0;
         const longest = cells.flat().reduce((length, cell) => Math.max(length, cell.text.length), 0);
-        const roomAcross = place.mostWidth * (place.single ? 0.72 : 1) / Math.max(1, columns.length);
-        const withText = roomAcross > longest * 6.6 + 4 && place.mostHeight / Math.max(1, lines.length) > 17;
+        const roomAcross = area.mostWidth * (area.single ? 0.72 : 1) / Math.max(1, columns.length);
+        const withText = roomAcross > longest * 6.6 + 4 && area.mostHeight / Math.max(1, lines.length) > 17;
         const zero = countsBadness ? [{test: "datum.v === 0", value: theme.zero}] : [];
         const labels = {update: {text: {signal: "isNumber(datum.value) ? " + numberLabel + " : datum.value"}}};
         const notes = [];
@@ -557,10 +557,10 @@ const metabufferCharts = (() => {
         if (rejected) notes.push("†: frames or table rows were rejected, so the picture is not whole");
         if (lost) notes.push("×: no value");
         return {panels: cells.map(panelCells => ({
-            scales: [{name: "x", type: "band", domain: columns, range: place.across, padding: 0.03},
-                     {name: "y", type: "band", domain: lines, range: place.upward, padding: 0.03}],
+            scales: [{name: "x", type: "band", domain: columns, range: area.across, padding: 0.03},
+                     {name: "y", type: "band", domain: lines, range: area.upward, padding: 0.03}],
             axes: [{orient: "bottom", scale: "x", title: request.x.title || null, domain: false, ticks: false,
-                    labelPadding: 6, encode: {labels}, ...nameLabels(columns, place, besideLegend)},
+                    labelPadding: 6, encode: {labels}, ...nameLabels(columns, area, besideLegend)},
                    {orient: "left", scale: "y", title: request.y.title || null, domain: false, ticks: false,
                     labelPadding: 6, encode: {labels}}],
             data: [{name: "fields", values: panelCells}],
@@ -588,7 +588,7 @@ const metabufferCharts = (() => {
     };
 
     /// One bar for each category, its height the mean, with every point on it.
-    builders.policy = (request, place, theme, rows, panels) => {
+    builders.policy = (request, area, theme, rows, panels) => {
         const valued = rows.filter(row => isNumber(row.y) && isThere(row.x));
         const names = inOrder(rows.map(row => row.x));
         const coloured = rows.some(row => isThere(row.c));
@@ -606,7 +606,7 @@ const metabufferCharts = (() => {
                     `${plural(mean.n, "point")}, ${formatNumber(mean.lo)} to ${formatNumber(mean.hi)}`;
             }
             const own = request.ownScales ? drawn : valued;
-            const y = vertical({...request, y: {...request.y, ...(panelRows[0] && panelRows[0].axis)}}, place,
+            const y = vertical({...request, y: {...request.y, ...(panelRows[0] && panelRows[0].axis)}}, area,
                                own.map(row => row.y), {zero: true});
             // The points of a bar lie side by side, in the order of their rows.
             const counts = new Map();
@@ -619,13 +619,13 @@ const metabufferCharts = (() => {
             }
             const bandOf = coloured ? "scale('x', datum.x) + scale('in', datum.s)" : "scale('x', datum.x)";
             const bandwidth = coloured ? "bandwidth('in')" : "bandwidth('x')";
-            const references = referenceMarks(request, place, theme, false);
-            const x = {name: "x", type: "band", domain: names, range: place.across, padding: 0.28};
+            const references = referenceMarks(request, area, theme, false);
+            const x = {name: "x", type: "band", domain: names, range: area.across, padding: 0.28};
             return {
                 scales: [x, y.scale, ...(coloured ? [{name: "in", type: "band", domain: seriesNames, padding: 0.06,
                                                       range: [0, {signal: "bandwidth('x')"}]}] : [])],
                 axes: [{orient: "bottom", scale: "x", title: request.x.title || null, ticks: false, labelPadding: 6,
-                        ...nameLabels(names, place, coloured && request.width >= 620 ? 120 : 0)}, y.axis],
+                        ...nameLabels(names, area, coloured && request.width >= 620 ? 120 : 0)}, y.axis],
                 data: [{name: "means", values: means}, {name: "rows", values: drawn}, ...references.data],
                 marks: [
                     {type: "rect", name: "bars", from: {data: "means"}, encode: {
@@ -650,7 +650,7 @@ const metabufferCharts = (() => {
         return {panels: panels.map(panelOf), scales: series.scales, legends: coloured ? series.legends : [], notes};
     };
 
-    builders.histogram = (request, place, theme, rows, panels) => {
+    builders.histogram = (request, area, theme, rows, panels) => {
         const there = rows.filter(row => isNumber(row.x));
         const names = seriesNamesOf(rows);
         const series = seriesScales(request, theme, names, "square");
@@ -686,17 +686,17 @@ const metabufferCharts = (() => {
         });
         const edges = [back(first), back(first + count * step)];
         const lines = request.references.map(line => line.value);
-        const x = numberScale("x", place.across, [...edges, ...lines], {log}, {});
+        const x = numberScale("x", area.across, [...edges, ...lines], {log}, {});
         if (!log) x.scale = {...x.scale, domain: extent([...edges, ...lines]), nice: false};
-        const y = vertical({...request, references: []}, place, binned.flat().map(bin => bin.y1), {zero: true});
+        const y = vertical({...request, references: []}, area, binned.flat().map(bin => bin.y1), {zero: true});
         const notes = [...series.notes];
         if (there.length < rows.length) notes.push(`not shown: ${plural(rows.length - there.length, "point")} without a value`);
         return {panels: binned.map(bins => {
-            const references = referenceMarks(request, place, theme, true);
+            const references = referenceMarks(request, area, theme, true);
             return {
                 scales: [x.scale, y.scale],
                 axes: [axisLabels(request.x, x.ticks, {orient: "bottom", scale: "x",
-                                                       tickCount: Math.max(3, Math.floor(place.mostWidth / 80))}), y.axis],
+                                                       tickCount: Math.max(3, Math.floor(area.mostWidth / 80))}), y.axis],
                 data: [{name: "counts", values: bins}, ...references.data],
                 marks: [{type: "rect", name: "bins", from: {data: "counts"}, encode: {
                     enter: {x: {scale: "x", field: "x0", offset: 0.5}, x2: {scale: "x", field: "x1", offset: -0.5},
@@ -723,9 +723,9 @@ const metabufferCharts = (() => {
     /// Returns {spec, notes}: the specification, and what a reader should know about the picture.
     function build(input) {
         const request = {width: 720, height: 440, theme: "light", references: [], labelLimit: 260, ...input, rows: withShortNames(input.rows)};
-        const placeless = ["lines", "heatmap", "policy"].includes(request.chart)
+        const positionless = ["lines", "heatmap", "policy"].includes(request.chart)
             ? request.rows.filter(row => !isThere(row.x)).length : 0;
-        if (placeless) request.rows = request.rows.filter(row => isThere(row.x));
+        if (positionless) request.rows = request.rows.filter(row => isThere(row.x));
         request.x = request.x || {};
         request.y = request.y || {};
         request.colour = request.colour || {};
@@ -733,35 +733,35 @@ const metabufferCharts = (() => {
         const facetValues = request.rows.map(row => row.f);
         const facets = request.ownScales ? distinct(facetValues) : inOrder(facetValues);
         const panels = facets.length > 1 ? facets.map(facet => request.rows.filter(row => row.f === facet)) : [request.rows];
-        const place = placeOf(request, panels.length);
-        const built = builders[request.chart](request, place, theme, request.rows, panels);
-        if (placeless) built.notes.push(`not shown: ${plural(placeless, "point")} without a position on the horizontal axis`);
+        const area = areaOf(request, panels.length);
+        const built = builders[request.chart](request, area, theme, request.rows, panels);
+        if (positionless) built.notes.push(`not shown: ${plural(positionless, "point")} without a position on the horizontal axis`);
         const spec = {
             description: request.description || request.title || "",
             background: theme.background, padding: request.padding || 6, config: config(theme, request),
             scales: built.scales, legends: built.legends,
         };
         // The title of the vertical axes is written once, above the panels: next to them there may be no room.
-        const upward = !place.single && request.y.title ? ["↑ " + request.y.title] : [];
+        const upward = !area.single && request.y.title ? ["↑ " + request.y.title] : [];
         const lines = [...(request.notesBelowTitle && built.notes.length ? [built.notes.join("; ")] : []), ...upward];
         if (request.title) {
             spec.title = {text: request.title, ...(lines.length ? {subtitle: lines} : {})};
         } else if (lines.length) {
             spec.title = {text: lines, fontSize: request.fontSize || 12, fontWeight: 400, color: theme.text};
         }
-        if (place.single) {
+        if (area.single) {
             const [panel] = built.panels;
             Object.assign(spec, {width: request.width, height: request.height,
                                  autosize: {type: "fit", contains: "padding"}, data: panel.data, axes: panel.axes,
                                  scales: [...built.scales, ...panel.scales], marks: panel.marks});
         } else {
             spec.autosize = "pad";
-            spec.layout = {columns: place.columns, padding: {row: place.rowPadding, column: place.columnPadding}, bounds: "flush", align: "all"};
+            spec.layout = {columns: area.columns, padding: {row: area.rowPadding, column: area.columnPadding}, bounds: "flush", align: "all"};
             const facetTitle = request.facet && request.facet.title;
             spec.marks = built.panels.map((panel, n) => {
-                const lastOfColumn = n + place.columns >= built.panels.length;
+                const lastOfColumn = n + area.columns >= built.panels.length;
                 return {
-                    type: "group", encode: {update: {width: place.w, height: place.h}},
+                    type: "group", encode: {update: {width: area.w, height: area.h}},
                     title: {text: facetTitle ? `${facetTitle} ${facets[n]}` : String(facets[n]), fontSize: request.fontSize || 12,
                             fontWeight: 600, anchor: "start", offset: 6, frame: "group"},
                     data: panel.data, scales: panel.scales, marks: panel.marks,

@@ -34,13 +34,13 @@ const metabufferElements = (() => {
     }
 
     /// If the page may not write to the clipboard, it selects the text, so that the user can copy it with a key.
-    /// `place` returns the element that shows the text.
-    function copyButton(text, place) {
+    /// `target` returns the element that shows the text.
+    function copyButton(text, target) {
         const copy = element("button", {type: "button", onclick: () => {
             const done = () => { copy.textContent = "Copied"; };
             navigator.clipboard.writeText(typeof text === "function" ? text() : text).then(done, () => {
                 const range = document.createRange();
-                range.selectNodeContents(place());
+                range.selectNodeContents(target());
                 getSelection().removeAllRanges();
                 getSelection().addRange(range);
             });

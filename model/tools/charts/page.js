@@ -124,7 +124,7 @@
     let shownPoints = points;
     let shownSimulations = simulations;
 
-    /// A choice among values. These are data, so the options are identified by their places in the list.
+    /// A choice among values. These are data, so the options are identified by their indices in the list.
     function choice(label, options, chosen, onchange) {
         const select = element("select", {onchange: () => onchange(options[select.selectedIndex].value)});
         options.forEach(option => select.append(element("option", {}, option.label)));
@@ -199,7 +199,7 @@
     const darkness = window.matchMedia("(prefers-color-scheme: dark)");
     const charts = [];
 
-    /// A place on the page where Vega draws what `request` returns: {chart, rows, x, y, ..., fields} or {words}.
+    /// A box on the page in which Vega draws what `request` returns: {chart, rows, x, y, ..., fields} or {words}.
     class Chart {
         constructor(id, label, request, height) {
             this.request = request;

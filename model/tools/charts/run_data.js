@@ -380,17 +380,17 @@ const metabufferRun = (() => {
         const isKeyed = machine.composition === "z-alpha-key";
         const isHidden = isKeyed && alphaOf(image.depths[own]) === 0;
         /// A pixel that the viewer does not see counts as the own one.
-        const seen = place => isHidden || zOf(image.depths[place]) === farZ ||
-            (isKeyed && alphaOf(image.depths[place]) === 0) ? own : place;
+        const seen = index => isHidden || zOf(image.depths[index]) === farZ ||
+            (isKeyed && alphaOf(image.depths[index]) === 0) ? own : index;
         const beside = seen(ownY * image.width + sx + inX[0]);
         const across = seen((sy + inY[0]) * image.width + ownX);
         const diagonal = seen((sy + inY[0]) * image.width + sx + inX[0]);
         const channel = of => (whole - inY[1]) * ((whole - inX[1]) * of(own) + inX[1] * of(beside)) +
             inY[1] * ((whole - inX[1]) * of(across) + inX[1] * of(diagonal)) + whole * whole / 2 >>> 16;
-        mixture[0] = channel(place => image.colours[place] >>> 16);
-        mixture[1] = channel(place => (image.colours[place] >>> 8) & 255);
-        mixture[2] = channel(place => image.colours[place] & 255);
-        mixture[3] = channel(place => alphaOf(image.depths[place]));
+        mixture[0] = channel(index => image.colours[index] >>> 16);
+        mixture[1] = channel(index => (image.colours[index] >>> 8) & 255);
+        mixture[2] = channel(index => image.colours[index] & 255);
+        mixture[3] = channel(index => alphaOf(image.depths[index]));
         return mixture;
     }
 
@@ -405,10 +405,10 @@ const metabufferRun = (() => {
         const pixel = {renderer, sourceX: sx + i, sourceY: sy + j, image: number,
                        starved: isStarved(renderer, display, entry.frame, x, y)};
         if (image && image.colours) {
-            const place = pixel.sourceY * image.width + pixel.sourceX;
-            pixel.colour = image.colours[place];
-            pixel.alpha = alphaOf(image.depths[place]);
-            pixel.z = zOf(image.depths[place]);
+            const index = pixel.sourceY * image.width + pixel.sourceX;
+            pixel.colour = image.colours[index];
+            pixel.alpha = alphaOf(image.depths[index]);
+            pixel.z = zOf(image.depths[index]);
             if (smooths && multiple > 1) {
                 const [r, g, b, a] = mix(image, row, x, y);
                 pixel.colour = r * 65536 + g * 256 + b;
@@ -522,11 +522,11 @@ const metabufferRun = (() => {
                 const image = images[entry.contributions[renderer].image].value, line = (sy + j) * image.width + sx;
                 const end = Math.min(rasterWidth, dx + sdx * multiple);
                 for (let x = Math.max(0, dx); x < end; ++x) {
-                    const place = line + Math.floor((x - dx) / multiple), bits = image.depths[place], nearness = zOf(bits);
+                    const index = line + Math.floor((x - dx) / multiple), bits = image.depths[index], nearness = zOf(bits);
                     const isNearer = nearness < z[x];
                     let localAlpha = alphaOf(bits);
                     if (!isOver && (!isNearer || (isKeyed && localAlpha === 0))) continue;
-                    const colour = image.colours[place];
+                    const colour = image.colours[index];
                     let r = colour >>> 16, g = (colour >>> 8) & 255, b = colour & 255;
                     if (smooths && multiple > 1) [r, g, b, localAlpha] = mix(image, row, x, y);
                     if (isOver) {

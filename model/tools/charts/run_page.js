@@ -76,14 +76,14 @@
     // ------------------------------------------------------------------------------------------------------------- wall
 
     const wall = new Wall(byId("wall"), {
-        hover: place => { hovered = place; showPixel(); },
-        pixel: place => { pinned = place; hovered = null; showPixel(); if (place) goToClockOf(place); },
-        open: place => { goToClockOf(place, true); byId("time").focus(); },
+        hover: pixel => { hovered = pixel; showPixel(); },
+        pixel: pixel => { pinned = pixel; hovered = null; showPixel(); if (pixel) goToClockOf(pixel); },
+        open: pixel => { goToClockOf(pixel, true); byId("time").focus(); },
     });
     const entry = () => data.frames[frameAt];
 
-    function showFrame(place) {
-        frameAt = Math.max(0, Math.min(data.frames.length - 1, place));
+    function showFrame(index) {
+        frameAt = Math.max(0, Math.min(data.frames.length - 1, index));
         const {frame} = entry(), record = report.frames[frame];
         byId("frame").value = frameAt;
         byId("frame-name").textContent = `frame ${frame} of 0 to ${report.frames.length - 1}`;
@@ -95,18 +95,18 @@
         wall.beams = [];
         return wall.show(entry()).then(showPixel);
     }
-    const placeOfFrame = frame => {
-        const place = data.frames.findIndex(one => one.frame === frame);
-        return place >= 0 ? place : null;
+    const indexOfFrame = frame => {
+        const index = data.frames.findIndex(one => one.frame === frame);
+        return index >= 0 ? index : null;
     };
 
     function showPixel() {
-        const box = byId("pixel"), place = hovered || pinned;
-        if (!place) {
+        const box = byId("pixel"), chosen = hovered || pinned;
+        if (!chosen) {
             box.replaceChildren(element("p", {class: "what"}, "The pixel under the mouse is explained here."));
             return;
         }
-        const {display, x, y} = place, frame = entry().frame;
+        const {display, x, y} = chosen, frame = entry().frame;
         const clocks = [0, run.renderers - 1].map(renderer => run.clockOf(frame, display, renderer, x, y));
         const rows = [["display", display + 1], [machine.supersample > 1 ? "raster pixel" : "pixel", `${x}, ${y}`]];
         if (clocks[0] !== null) {
@@ -217,10 +217,10 @@
         clock: clock => chooseClock(clock),
         glitch: glitch => showGlitch(glitch),
         view: () => showClock(),
-        hover: (told, event) => {
-            tooltip.hidden = !told;
-            if (!told) return;
-            tooltip.replaceChildren(element("b", {}, `${told.row.title}, clock ${number(told.clock)}`), told.text);
+        hover: (found, event) => {
+            tooltip.hidden = !found;
+            if (!found) return;
+            tooltip.replaceChildren(element("b", {}, `${found.row.title}, clock ${number(found.clock)}`), found.text);
             tooltip.style.left = Math.min(window.innerWidth - tooltip.offsetWidth - 12, event.clientX + 14) + "px";
             tooltip.style.top = Math.min(window.innerHeight - tooltip.offsetHeight - 12, event.clientY + 16) + "px";
         },
@@ -233,8 +233,8 @@
         const beams = [...Array(run.displays).keys()].map(display => [display, run.beamAt(time.clock, display)])
             .filter(([, beam]) => beam);
         if (!fromWall && beams.length) {
-            const place = placeOfFrame(beams[0][1].frame);
-            if (place !== null && place !== frameAt) showFrame(place);
+            const index = indexOfFrame(beams[0][1].frame);
+            if (index !== null && index !== frameAt) showFrame(index);
         }
         wall.beams = beams.filter(([, beam]) => beam.frame === entry().frame).map(([display, {x, y}]) => ({display, x, y}));
         wall.draw();
@@ -249,16 +249,16 @@
     function showGlitch(glitch) {
         stop();
         shownGlitch = glitch;
-        const place = placeOfFrame(glitch.frame);
-        if (place !== null && place !== frameAt) showFrame(place);
+        const index = indexOfFrame(glitch.frame);
+        if (index !== null && index !== frameAt) showFrame(index);
         showGroup(glitch.display);
         if (glitch.clock < time.from || glitch.clock > time.to || time.to - time.from > 40 * run.rasterWidth) {
             time.look(glitch.clock - 4 * run.rasterWidth, glitch.clock + 4 * run.rasterWidth);
         }
-        const shown = place !== null;
+        const shown = index !== null;
         pinned = shown ? {display: glitch.display, x: glitch.first, y: glitch.y} : null;
         hovered = null;
-        wall.place = pinned;
+        wall.chosen = pinned;
         wall.reveal();
         chooseClock(glitch.clock, true);
         showPixel();
@@ -278,9 +278,9 @@
                 const middle = (low + high) >> 1;
                 if (glitches[middle].clock + before <= now - (direction < 0 ? 1 : 0)) low = middle + 1; else high = middle;
             }
-            let place = direction > 0 ? low : low - 1;
-            if (at && display === at.display) place = glitches.indexOf(at) + direction;
-            const found = glitches[place];
+            let index = direction > 0 ? low : low - 1;
+            if (at && display === at.display) index = glitches.indexOf(at) + direction;
+            const found = glitches[index];
             if (found && (!best || (found.clock - best.clock) * direction < 0)) best = found;
         }
         if (best) showGlitch(best);
@@ -301,10 +301,10 @@
             parts.push(element("p", {class: "what"}, "A click chooses a clock; wheel and drag zoom and move, as do the arrow keys, + and " +
                 "−; 0 shows all. A click on a yellow mark shows the starved pixels on the displays."));
         } else {
-            const told = time.rows.filter(row => row.tell).slice(0, 400).map(row => [row.title, row.tell(time.clock)]);
+            const lines = time.rows.filter(row => row.describe).slice(0, 400).map(row => [row.title, row.describe(time.clock)]);
             parts.push(element("p", {}, element("b", {}, `Clock ${number(time.clock)}`), `, ${microseconds(time.clock)}`),
                 element("details", {id: "clock-details"}, element("summary", {}, "what each row does in it"),
-                    element("table", {}, element("tbody", {}, ...told.map(([title, text]) =>
+                    element("table", {}, element("tbody", {}, ...lines.map(([title, text]) =>
                         element("tr", {}, element("th", {scope: "row"}, title), element("td", {}, text)))))));
             if (box.querySelector("details[open]")) parts[1].open = true;
         }
@@ -319,8 +319,8 @@
         const groups = [...Array(run.displays).keys()].map(n => ["display " + n, `of display ${n + 1}`])
             .concat(machine.renderers.map((renderer, n) => ["renderer " + n, `of ${renderer.name}`]));
         const group = element("select", {id: "group", onchange: () => {
-            const [kind, place] = group.value.split(" ");
-            time.setGroup({kind, number: Number(place)});
+            const [kind, index] = group.value.split(" ");
+            time.setGroup({kind, number: Number(index)});
             showClock();
         }}, ...groups.map(([value, title]) => element("option", {value}, title)));
         byId("time-controls").append(

@@ -26,7 +26,7 @@ const metabufferTime = (() => {
 
         layOut() {
             const rows = [];
-            const add = (label, height, paint, tell, title) => rows.push({label, height, paint, tell, title: title || label});
+            const add = (label, height, paint, describe, title) => rows.push({label, height, paint, describe, title: title || label});
             const names = machine.renderers.map(renderer => renderer.name);
             names.forEach((name, r) => add("link " + name, 15, (...area) => this.paintLink(r, ...area), clock => this.describeLink(r, clock)));
             names.forEach((name, r) => add("bus " + name, 26, (...area) => this.paintBus(r, ...area), clock => this.describeBus(r, clock)));
@@ -368,11 +368,11 @@ const metabufferTime = (() => {
             const inside = y - axisHeight + this.scroll;
             return y < axisHeight ? null : this.rows.find(row => inside >= row.top && inside < row.top + row.height + 3) || null;
         }
-        tell(x, y) {
+        describe(x, y) {
             const row = this.rowAt(y);
             if (!row || x < labelWidth) return null;
             const clock = Math.floor(this.clockAt(x));
-            return clock < 0 || clock >= run.cycles ? null : {row, clock, text: row.tell(clock)};
+            return clock < 0 || clock >= run.cycles ? null : {row, clock, text: row.describe(clock)};
         }
         listen() {
             const canvas = this.canvas;
@@ -384,7 +384,7 @@ const metabufferTime = (() => {
             });
             canvas.addEventListener("pointermove", event => {
                 if (!pressed) {
-                    this.on.hover(this.tell(event.offsetX, event.offsetY), event);
+                    this.on.hover(this.describe(event.offsetX, event.offsetY), event);
                     return;
                 }
                 if (!pressed.moved && Math.hypot(event.offsetX - pressed.x, event.offsetY - pressed.y) <= 4) return;

@@ -7,7 +7,7 @@ const metabufferWall = (() => {
     const mostZoom = 48;
     const wallWidth = machine.columns * (machine.width + gap) - gap;
     const wallHeight = machine.rows * (machine.height + gap) - gap;
-    const placeOf = display => [display % machine.columns * (machine.width + gap),
+    const cornerOf = display => [display % machine.columns * (machine.width + gap),
                                 Math.floor(display / machine.columns) * (machine.height + gap)];
 
     /// A colour for each renderer. The colours differ as much as so many can.
@@ -48,8 +48,8 @@ const metabufferWall = (() => {
     }
 
     class Wall {
-        /// on.pixel(place, pinned): a click or a key chose a raster pixel {display, x, y}, or null. on.hover(place):
-        /// the mouse is over it. on.open(place): Enter opens it.
+        /// on.pixel(pixel, pinned): a click or a key chose a raster pixel {display, x, y}, or null. on.hover(pixel):
+        /// the mouse is over it. on.open(pixel): Enter opens it.
         constructor(canvas, on) {
             this.canvas = canvas;
             this.on = on;
@@ -57,7 +57,7 @@ const metabufferWall = (() => {
             this.view = "picture";
             this.marks = {starved: true, wrong: true};
             this.layers = null;
-            this.place = null;      // {display, x, y}, in raster pixels
+            this.chosen = null;     // {display, x, y}, in raster pixels
             this.beams = [];        // {display, x, y}: what is composited at the chosen clock
             this.zoom = 0;          // 0: all of it
             this.left = this.top = 0;
@@ -123,7 +123,7 @@ const metabufferWall = (() => {
             context.imageSmoothingQuality = "high";
             const style = getComputedStyle(document.documentElement);
             for (let display = 0; display < run.displays; ++display) {
-                const [x, y] = placeOf(display).map((value, n) => value * scale + [left, top][n]);
+                const [x, y] = cornerOf(display).map((value, n) => value * scale + [left, top][n]);
                 const width = machine.width * scale, height = machine.height * scale;
                 context.fillStyle = style.getPropertyValue("--surface");
                 context.fillRect(x, y, width, height);
@@ -139,10 +139,10 @@ const metabufferWall = (() => {
                 context.strokeRect(x - 0.5, y - 0.5, width + 1, height + 1);
             }
             for (const beam of this.beams) this.mark(context, beam, "#00d0ff");
-            if (this.place) this.mark(context, this.place, "#ff00ff");
+            if (this.chosen) this.mark(context, this.chosen, "#ff00ff");
         }
         mark(context, {display, x, y}, colour) {
-            const scale = this.scale / machine.supersample, [left, top] = this.origin, [column, row] = placeOf(display);
+            const scale = this.scale / machine.supersample, [left, top] = this.origin, [column, row] = cornerOf(display);
             const u = (column * machine.supersample + x) * scale + left, v = (row * machine.supersample + y) * scale + top;
             const size = Math.max(scale, 2);
             context.lineWidth = 1.5;
@@ -160,7 +160,7 @@ const metabufferWall = (() => {
         }
 
         /// The raster pixel under a point of the canvas, or null.
-        placeAt(u, v) {
+        pixelAt(u, v) {
             const scale = this.scale, [left, top] = this.origin;
             const x = (u - left) / scale, y = (v - top) / scale;
             const column = Math.floor(x / (machine.width + gap)), row = Math.floor(y / (machine.height + gap));
@@ -170,14 +170,14 @@ const metabufferWall = (() => {
             return {display: row * machine.columns + column, x: Math.floor(inX * machine.supersample),
                     y: Math.floor(inY * machine.supersample)};
         }
-        /// The point that stays in place when zooming without a mouse: the chosen pixel if it is visible, else the
+        /// The point that stays where it is when zooming without a mouse: the chosen pixel if it is visible, else the
         /// middle.
         focus() {
             const {width, height, scale, origin: [left, top]} = this;
-            if (!this.place) return [width / 2, height / 2];
-            const [column, row] = placeOf(this.place.display);
-            const u = (column + (this.place.x + 0.5) / machine.supersample) * scale + left;
-            const v = (row + (this.place.y + 0.5) / machine.supersample) * scale + top;
+            if (!this.chosen) return [width / 2, height / 2];
+            const [column, row] = cornerOf(this.chosen.display);
+            const u = (column + (this.chosen.x + 0.5) / machine.supersample) * scale + left;
+            const v = (row + (this.chosen.y + 0.5) / machine.supersample) * scale + top;
             return u >= 0 && v >= 0 && u < width && v < height ? [u, v] : [width / 2, height / 2];
         }
         zoomBy(factor, [u, v] = this.focus()) {
@@ -194,18 +194,18 @@ const metabufferWall = (() => {
         }
         /// Moves the view so that the chosen pixel is visible.
         reveal() {
-            if (!this.place || !this.zoom) return;
-            const [column, row] = placeOf(this.place.display), margin = 24 / this.zoom;
-            const x = column + this.place.x / machine.supersample, y = row + this.place.y / machine.supersample;
+            if (!this.chosen || !this.zoom) return;
+            const [column, row] = cornerOf(this.chosen.display), margin = 24 / this.zoom;
+            const x = column + this.chosen.x / machine.supersample, y = row + this.chosen.y / machine.supersample;
             const width = this.width / this.zoom, height = this.height / this.zoom;
             if (x < this.left + margin || x > this.left + width - margin) this.left = x - width / 2;
             if (y < this.top + margin || y > this.top + height - margin) this.top = y - height / 2;
         }
-        setPlace(place, pinned) {
-            this.place = place;
+        choose(pixel, pinned) {
+            this.chosen = pixel;
             if (pinned) this.reveal();
             this.draw();
-            this.on.pixel(place, pinned);
+            this.on.pixel(pixel, pinned);
         }
 
         listen() {
@@ -225,11 +225,11 @@ const metabufferWall = (() => {
                         this.draw();
                     }
                 } else if (!pressed) {
-                    this.on.hover(this.placeAt(event.offsetX, event.offsetY));
+                    this.on.hover(this.pixelAt(event.offsetX, event.offsetY));
                 }
             });
             canvas.addEventListener("pointerup", event => {
-                if (pressed && !pressed.moved) this.setPlace(this.placeAt(event.offsetX, event.offsetY), true);
+                if (pressed && !pressed.moved) this.choose(this.pixelAt(event.offsetX, event.offsetY), true);
                 pressed = null;
             });
             canvas.addEventListener("pointercancel", () => { pressed = null; });
@@ -243,17 +243,17 @@ const metabufferWall = (() => {
                 const step = event.shiftKey ? 16 : 1;
                 const moves = {ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowUp: [0, -step], ArrowDown: [0, step]};
                 if (moves[event.key]) {
-                    const place = this.place || {display: 0, x: 0, y: 0}, [right, down] = moves[event.key];
-                    this.setPlace(this.place ? {...place, x: Math.min(run.rasterWidth - 1, Math.max(0, place.x + right)),
-                                                y: Math.min(run.rasterHeight - 1, Math.max(0, place.y + down))} : place, true);
+                    const pixel = this.chosen || {display: 0, x: 0, y: 0}, [right, down] = moves[event.key];
+                    this.choose(this.chosen ? {...pixel, x: Math.min(run.rasterWidth - 1, Math.max(0, pixel.x + right)),
+                                                y: Math.min(run.rasterHeight - 1, Math.max(0, pixel.y + down))} : pixel, true);
                 } else if (event.key === "+" || event.key === "=") {
                     this.zoomBy(1.5);
                 } else if (event.key === "-") {
                     this.zoomBy(1 / 1.5);
                 } else if (event.key === "0") {
                     this.zoomBy(1e-9);
-                } else if (event.key === "Enter" && this.place) {
-                    this.on.open(this.place);
+                } else if (event.key === "Enter" && this.chosen) {
+                    this.on.open(this.chosen);
                 } else {
                     return;
                 }
