@@ -1,6 +1,6 @@
 cmake_policy(VERSION 3.25)
 # Writes OUTPUT, a header with the commit of SOURCE as METABUFFER_COMMIT, unless it has that commit already. Where files
-# differ from the commit, or there is none to be told, a digest of the sources follows, so that builds of different
+# differ from the commit, or there is none, a digest of the sources follows, so that builds of different
 # sources are never taken for the same.
 execute_process(COMMAND git rev-parse --show-prefix WORKING_DIRECTORY "${SOURCE}"
                 OUTPUT_VARIABLE folder ERROR_QUIET OUTPUT_STRIP_TRAILING_WHITESPACE RESULT_VARIABLE status)

@@ -141,7 +141,7 @@ def report_judges(tree: Tree, mutants: list[Mutant], seconds: collections.Counte
     return 1 if missed else 0
 
 
-def tell(tree: Tree, mutants: list[Mutant], seconds: float) -> int:
+def print_results(tree: Tree, mutants: list[Mutant], seconds: float) -> int:
     """Prints tables, notes and the sum. Returns the exit status. The mutants are those that took part and compile."""
     print(tables.by_block(mutants))
     print(tables.by_test(mutants))
@@ -185,4 +185,4 @@ def run(options: argparse.Namespace) -> int:
     save()
     if options.write_table:
         tables.write(options.write_table, tree, mutants)
-    return report_judges(tree, mutants, judge.seconds) if options.judges else tell(tree, mutants, seconds)
+    return report_judges(tree, mutants, judge.seconds) if options.judges else print_results(tree, mutants, seconds)

@@ -168,10 +168,10 @@ class Tree:
 
     def build_or_reuse(self) -> bool:
         """Builds, unless --no-build says that the last run's build will do. Returns whether it has built."""
-        told = self.directory / "discarded.json"
-        if self.options.no_build and told.exists():
+        discarded = self.directory / "discarded.json"
+        if self.options.no_build and discarded.exists():
             self.discard_those_of_last_build()
             return False
         self.build()
-        told.write_text(json.dumps([mutant.key for mutant in self.mutants if mutant.discarded]))
+        discarded.write_text(json.dumps([mutant.key for mutant in self.mutants if mutant.discarded]))
         return True

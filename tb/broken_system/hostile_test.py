@@ -467,7 +467,7 @@ class Results(Hostile):
             database.executescript(damage)
             database.commit()
             database.close()
-            told = 0
+            reported = 0
             for words in (["export", "r.db"], ["report", "r.db", "-o", "r.html"], size,
                           ["plot", "r.db", "--x", "smallest", "--y", "runs", "-o", "r.svg"]):
                 with self.subTest(f"{words[0]}: {damage}"):
@@ -475,9 +475,9 @@ class Results(Hostile):
                     if done.returncode == DONE:
                         continue  # it does not read what is damaged
                     self.check_line(done, "r.db")
-                    told += 1
+                    reported += 1
             with self.subTest(damage):
-                self.assertGreater(told, 0)
+                self.assertGreater(reported, 0)
 
     def test_a_file_system_without_locks_is_read_and_written_to_by_merge_alone(self):
         self.write("sweep.yaml", "scenario: scenario.yaml\naxes: [{key: bus.width_bits, values: [64, 128]}]\n")

@@ -299,7 +299,7 @@ struct LostBeat {
     bool last_of_segment = false;
     bool while_compositing = false;  ///< this very frame
     std::int64_t known_cycle = -1;   ///< the edge at which the composer can know; -1: never
-    Kind told_by = Kind::kNone;      ///< the beat that came then
+    Kind shown_by = Kind::kNone;     ///< the beat that came then
 
     bool known() const { return known_cycle >= 0; }
 };
@@ -411,7 +411,7 @@ class LossProbe final : public sc_core::sc_module {
             // Pixels for another display show that a table was lost, but not that pixels were.
             if (loss.known() || (loss.frame == frame_ && !mine && !table_lost_)) continue;
             loss.known_cycle = cycle_;
-            loss.told_by = beat.kind;
+            loss.shown_by = beat.kind;
         }
     }
 
@@ -461,11 +461,11 @@ void count(const LossProbe& probe, Happened& happened) {
         }
         ++tables;
         happened["a table and pixels"] += lost.pixels ? 1 : 0;
-        const Kind told_by = lost.last.told_by;
-        ++happened[std::string(lost.start ? "a start" : "rows") + ", told by a " +
-                   (told_by == Kind::kTableRow ? "row"
-                    : told_by == Kind::kPixels ? "beat"
-                                               : "start")];
+        const Kind shown_by = lost.last.shown_by;
+        ++happened[std::string(lost.start ? "a start" : "rows") + ", shown by a " +
+                   (shown_by == Kind::kTableRow ? "row"
+                    : shown_by == Kind::kPixels ? "beat"
+                                                : "start")];
     }
     happened["several tables"] += tables > 1 ? 1 : 0;
 }
@@ -657,10 +657,10 @@ void lose_tables(LostBeats of, StarvationMode mode, std::uint64_t seed) {
     Happened happened = run_and_check(all);
     check_happened(happened, {{"nothing after a table", 6},
                               {"several tables", 1},
-                              {"a start, told by a start", 1},
+                              {"a start, shown by a start", 1},
                               {"a table, and nothing shows it", 1}});  // and the watchdog has reported it
     if (tables) {
-        check_happened(happened, {{"a start, told by a row", 1}, {"a start, told by a beat", 1}});
+        check_happened(happened, {{"a start, shown by a row", 1}, {"a start, shown by a beat", 1}});
         CHECK(happened["a table and pixels"] == 0);
     } else {
         check_happened(happened, {{"a table and pixels", 1}});
@@ -744,10 +744,10 @@ TEST_CASE("lost beats of a table: each row and all after it until the next frame
             all.add(with_fault(scenario, fault));
         }
     }
-    check_happened(run_and_check(all), {{"a start, told by a row", 1},
-                                        {"rows, told by a row", 1},
-                                        {"rows, told by a beat", 1},
-                                        {"rows, told by a start", 1},
+    check_happened(run_and_check(all), {{"a start, shown by a row", 1},
+                                        {"rows, shown by a row", 1},
+                                        {"rows, shown by a beat", 1},
+                                        {"rows, shown by a start", 1},
                                         {"a table and pixels", 1},
                                         {"nothing after a table", 51}});
 }

@@ -137,19 +137,19 @@ void check_tally(const Tally& tally, const Scenario& scenario, const RunReport& 
     REQUIRE(tally.buses.size() == report.renderers.size());
     for (std::size_t r = 0; r < report.renderers.size(); ++r) {
         INFO("renderer " << r + 1);
-        const Tally::Bus& told = tally.buses.at(static_cast<int>(r) + 1);
+        const Tally::Bus& reported = tally.buses.at(static_cast<int>(r) + 1);
         const BusCounters& counted = report.renderers[r].bus;
-        CHECK(told.table == counted.table_cycles);
-        CHECK(told.busy == counted.busy_cycles);
-        CHECK(told.page_miss == counted.page_miss_cycles);
-        CHECK(told.refresh == counted.refresh_cycles);
-        CHECK(told.write == counted.write_cycles);
-        CHECK(told.poll == counted.poll_cycles);
-        CHECK(told.grant == counted.grant_cycles);
-        CHECK(told.lost == counted.lost_cycles);
-        CHECK(told.pixels == counted.pixels_sent);
-        CHECK(told.recovered_slots == counted.recovered_slots);
-        CHECK(told.in_order);
+        CHECK(reported.table == counted.table_cycles);
+        CHECK(reported.busy == counted.busy_cycles);
+        CHECK(reported.page_miss == counted.page_miss_cycles);
+        CHECK(reported.refresh == counted.refresh_cycles);
+        CHECK(reported.write == counted.write_cycles);
+        CHECK(reported.poll == counted.poll_cycles);
+        CHECK(reported.grant == counted.grant_cycles);
+        CHECK(reported.lost == counted.lost_cycles);
+        CHECK(reported.pixels == counted.pixels_sent);
+        CHECK(reported.recovered_slots == counted.recovered_slots);
+        CHECK(reported.in_order);
     }
     CHECK(tally.destinations_good);
     CHECK(tally.frames_good);
@@ -164,11 +164,11 @@ void check_tally(const Tally& tally, const Scenario& scenario, const RunReport& 
         INFO("renderer " << composer.renderer << ", display " << composer.display);
         const auto starved = tally.starved_pixels.find({composer.renderer, composer.display});
         for (int frame = 0; frame < scenario.frames; ++frame) {
-            std::int64_t told = 0;
+            std::int64_t reported = 0;
             if (starved != tally.starved_pixels.end() && starved->second.count(frame) > 0) {
-                told = starved->second.at(frame);
+                reported = starved->second.at(frame);
             }
-            CHECK(told == composer.starved_pixels_of(frame));
+            CHECK(reported == composer.starved_pixels_of(frame));
         }
     }
     check_links(tally, scenario, report);

@@ -74,20 +74,20 @@ std::string indented(const std::string& text) {
     return result;
 }
 
-int tell(std::uint64_t seed, const SoakVerdict& verdict) {
+int print_verdict(std::uint64_t seed, const SoakVerdict& verdict) {
     std::cout << "seed " << seed << ' ' << verdict.kind << '\n' << indented(verdict.text);
     return verdict.good() ? EXIT_SUCCESS : kFailed;
 }
 
 int run_batch(std::uint64_t first, std::uint64_t count, RandomMachine random_machine) {
-    if (count == 1) return tell(first, judge_machine(machine_of(first, random_machine)));
+    if (count == 1) return print_verdict(first, judge_machine(machine_of(first, random_machine)));
     std::vector<SoakMachine> machines;
     for (std::uint64_t seed = first; seed < first + count; ++seed)
         machines.push_back(machine_of(seed, random_machine));
     const std::vector<SoakVerdict> verdicts = judge_machines(machines);
     int status = EXIT_SUCCESS;
     for (std::size_t i = 0; i < verdicts.size(); ++i) {
-        status = std::max(status, tell(machines[i].seed, verdicts[i]));
+        status = std::max(status, print_verdict(machines[i].seed, verdicts[i]));
     }
     return status;
 }
@@ -149,7 +149,7 @@ int shrink_machine(const SoakMachine& machine, const std::filesystem::path& dire
 /// Nothing if the words are not a command.
 std::optional<int> run_command(const Words& words, RandomMachine random_machine) {
     if (words.size() == 2 && words[0] == "--judge") {
-        return tell(0, judge_machine({0, load_scenario(std::filesystem::path(words[1]))}));
+        return print_verdict(0, judge_machine({0, load_scenario(std::filesystem::path(words[1]))}));
     }
     if (words.size() == 3 && words[0] == "--write") {
         const auto seed = whole_number(words[1]);

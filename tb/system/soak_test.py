@@ -1,4 +1,4 @@
-"""Tests scripts/soak: with a stand-in for soak_machines that misbehaves as told, and with the real one.
+"""Tests scripts/soak: with a stand-in for soak_machines that misbehaves on request, and with the real one.
 
 usage: soak_test.py SCRIPT SOAK_MACHINES FAULTY_SOAK_MACHINES METABUFFER
 """

@@ -308,7 +308,7 @@ TEST_CASE("dvi decoder: frames with random faults give the clocked decoder's eve
     });
     bench.run_through(static_cast<int>(wave.size()) + 4);
 
-    std::vector<tlm::LinkEvent> told;
+    std::vector<tlm::LinkEvent> reported;
     std::array<int, kRejectCauseCount> causes{};
     for (std::size_t i = 0; i < frames.size(); ++i) {
         const RandomFrame& frame = frames[i];
@@ -318,7 +318,7 @@ TEST_CASE("dvi decoder: frames with random faults give the clocked decoder's eve
         dut.frame->active_lines = frame.active_lines;
         dut.frame->last_line_pixels = frame.last_line_pixels;
         const tlm::DecodedFrame& decoded = dut.send(frame.first_clock);
-        told.insert(told.end(), decoded.events.begin(), decoded.events.end());
+        reported.insert(reported.end(), decoded.events.begin(), decoded.events.end());
         const std::int64_t end =
             i + 1 < frames.size() ? frames[i + 1].first_clock : static_cast<std::int64_t>(wave.size());
         std::int64_t taken = 0;
@@ -328,29 +328,29 @@ TEST_CASE("dvi decoder: frames with random faults give the clocked decoder's eve
         CHECK(decoded.pixels == taken);
     }
     const std::vector<int> clocks = events.clocks_where(reports_anything);
-    REQUIRE(told.size() == clocks.size());
+    REQUIRE(reported.size() == clocks.size());
     int good = 0;
     int with_payload = 0;
     int payload_from = 0;
-    for (std::size_t i = 0; i < told.size(); ++i) {
+    for (std::size_t i = 0; i < reported.size(); ++i) {
         const rtl::DecoderEvent& wanted = events.at(clocks[i]);
         INFO("clock " << clocks[i]);
-        REQUIRE(told[i].edge == clocks[i] + kClocksBehindLink);
-        REQUIRE(told[i].rejected == wanted.rejected);
+        REQUIRE(reported[i].edge == clocks[i] + kClocksBehindLink);
+        REQUIRE(reported[i].rejected == wanted.rejected);
         if (wanted.rejected) {
-            REQUIRE(told[i].cause == wanted.cause);
+            REQUIRE(reported[i].cause == wanted.cause);
             ++causes[static_cast<std::size_t>(wanted.cause)];
         }
-        REQUIRE(told[i].pair_lost == wanted.pair_lost);
-        if (wanted.pair_lost) REQUIRE(told[i].lost_number == wanted.lost_number);
-        REQUIRE(told[i].colour_start == wanted.colour_start);
-        REQUIRE(told[i].pair_good == wanted.pair_good);
-        if (wanted.colour_start || wanted.pair_good) REQUIRE(told[i].number == wanted.number);
+        REQUIRE(reported[i].pair_lost == wanted.pair_lost);
+        if (wanted.pair_lost) REQUIRE(reported[i].lost_number == wanted.lost_number);
+        REQUIRE(reported[i].colour_start == wanted.colour_start);
+        REQUIRE(reported[i].pair_good == wanted.pair_good);
+        if (wanted.colour_start || wanted.pair_good) REQUIRE(reported[i].number == wanted.number);
         if (wanted.colour_start) {
             ViewportTable table;
             for (int row = clocks[i] + 1; events.at(row).row; ++row)
                 table.push_back(events.at(row).table_row);
-            REQUIRE(told[i].table == table);
+            REQUIRE(reported[i].table == table);
         }
         if (wanted.colour_start) payload_from = clocks[i];
         if (wanted.pair_good) {
@@ -360,7 +360,7 @@ TEST_CASE("dvi decoder: frames with random faults give the clocked decoder's eve
                 payload.insert(payload.end(), event_now.payload.begin(),
                                event_now.payload.begin() + event_now.payload_bytes);
             }
-            REQUIRE(told[i].payload == payload);
+            REQUIRE(reported[i].payload == payload);
             with_payload += payload.empty() ? 0 : 1;
         }
         good += wanted.pair_good ? 1 : 0;

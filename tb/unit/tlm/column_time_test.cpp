@@ -129,28 +129,28 @@ TEST_CASE("column time: in glitch mode a frame passes without a gap") {
 
 TEST_CASE("column time: what waits for a step is called once and in the order of steps") {
     ColumnTime column(2, 50, true);
-    std::vector<int> told;
-    column.when_known(1, 0, [&told] { told.push_back(100); });
-    column.when_known(0, 9, [&told] { told.push_back(9); });
-    column.when_known(0, 0, [&told] { told.push_back(0); });
-    column.when_known(0, 10, [&told] { told.push_back(10); });
+    std::vector<int> known;
+    column.when_known(1, 0, [&known] { known.push_back(100); });
+    column.when_known(0, 9, [&known] { known.push_back(9); });
+    column.when_known(0, 0, [&known] { known.push_back(0); });
+    column.when_known(0, 10, [&known] { known.push_back(10); });
     column.tell();
-    CHECK(told.empty());
+    CHECK(known.empty());
     column.start(0, 30);
     column.set_needed_step(0, 9);
     column.set_needed_step(1, kNoStep);
     column.advance(28);
     column.tell();
-    CHECK(told == std::vector<int>{0, 9});  // step 9 waits for the pixel and is the last that is known
+    CHECK(known == std::vector<int>{0, 9});  // step 9 waits for the pixel and is the last that is known
     column.set_needed_step(0, kNoStep);
     column.advance(28);
     column.tell();
-    CHECK(told == std::vector<int>{0, 9, 10});
+    CHECK(known == std::vector<int>{0, 9, 10});
     column.start(1, 300);
     column.tell();
-    CHECK(told == std::vector<int>{0, 9, 10, 100});
+    CHECK(known == std::vector<int>{0, 9, 10, 100});
     column.tell();
-    CHECK(told.size() == 4);
+    CHECK(known.size() == 4);
 }
 
 TEST_CASE("column time: the column stands still from the step that needs a pixel to the pixel's arrival") {
