@@ -7,6 +7,7 @@
 #include "formats/dvi_timing.h"
 #include "report/machine_report.h"
 #include "rtl/block.h"
+#include "rtl/crossing.h"
 #include "rtl/display_signals.h"
 #include "rtl/register.h"
 #include "rtl/signals.h"

@@ -50,6 +50,8 @@ const std::vector<EnumerationNames>& enumeration_names() {
         {"command.kind", "memory_command.txt",
          words(MemoryCommand::Kind::kWrite,
                {"none", "activate", "read", "precharge", "precharge all", "refresh", "write"})},
+        {"answer.kind", "memory_answer.txt",
+         words(MemoryAnswer::Kind::kWrite, {"none", "read", "open", "refresh", "write"})},
         {"bus_port.state", "bus_port_state.txt",
          words(BusPort::State::kDone, {"request", "wait for pair", "table", "send", "done"})},
         {"dvi_source_1.state", "dvi_source_state.txt",

@@ -8,6 +8,7 @@
 #include "datapath/averaging.h"
 #include "formats/colour_table.h"
 #include "rtl/block.h"
+#include "rtl/crossing.h"
 #include "rtl/display_signals.h"
 #include "rtl/register.h"
 #include "rtl/signals.h"

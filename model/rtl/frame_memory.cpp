@@ -23,19 +23,15 @@ FrameMemory::FrameMemory(const sc_core::sc_module_name& name, const MemoryConfig
     : Block(name),
       write_data_i("write_data_i", config.shared() ? 1 : 0),
       config_(config),
-      refresh_left_(registers_, "refresh_left", bits_for(config.refresh_cycles)),
-      refresh_due_in_(registers_, "refresh_due_in", bits_for(config.refresh_interval_cycles),
+      refresh_left_(registers_, "refresh_left", config.refresh_cycles),
+      refresh_due_in_(registers_, "refresh_due_in", config.refresh_interval_cycles,
                       config.refresh_interval_cycles),
       reads_(registers_, "read", config.read_latency_cycles, config.words_per_cycle) {
     const std::int64_t device_words = config.memory_words(words);
     for (int bank = 0; bank < config.banks; ++bank) {
-        banks_.push_back(std::make_unique<Bank>(registers_, "bank_" + std::to_string(bank),
-                                                bits_for((device_words - 1) / config.page_words)));
-        if (config.times_banks()) {
-            banks_.back()->wait = std::make_unique<Register<int>>(
-                registers_, "bank_" + std::to_string(bank) + "_wait",
-                bits_for(std::max(config.precharge_cycles, config.activate_cycles())));
-        }
+        banks_.push_back(std::make_unique<Bank>(
+            registers_, "bank_" + std::to_string(bank), bits_for((device_words - 1) / config.page_words),
+            config.times_banks() ? std::max(config.precharge_cycles, config.activate_cycles()) : 0));
     }
     clocked_.reads({&reset_i, &command_i});
     devices_[0].resize(static_cast<std::size_t>(device_words));
@@ -94,7 +90,7 @@ void FrameMemory::obey(const MemoryCommand& command) {
         case MemoryCommand::Kind::kNone:
             return;
         case MemoryCommand::Kind::kPrecharge:
-            bank_of(command).open = false;
+            bank_of(command).close();
             bank_of(command).keep_busy(config_.precharge_cycles);
             return;
         case MemoryCommand::Kind::kPrechargeAll:
@@ -127,15 +123,12 @@ void FrameMemory::obey(const MemoryCommand& command) {
 /// Counts the clocks of a refresh and those until the next one. A command during the refresh is an error, and so is a
 /// refresh that does not come in time.
 void FrameMemory::watch_refresh(const MemoryCommand& command) {
-    if (refresh_left_ > 0) {
-        --refresh_left_;
+    if (refresh_left_.pass()) {
         if (command.kind != MemoryCommand::Kind::kNone) {
             refuse("refresh", command, "a refresh is under way");
         }
     }
-    if (refresh_due_in_ > 0) {
-        --refresh_due_in_;
-    } else if (command.kind != MemoryCommand::Kind::kRefresh) {
+    if (!refresh_due_in_.pass() && command.kind != MemoryCommand::Kind::kRefresh) {
         refuse("refresh", command, "a refresh is overdue");
     }
 }
@@ -145,48 +138,37 @@ void FrameMemory::refresh(const MemoryCommand& command) {
         refuse("refresh", command, "it needs none");
     }
     close_banks(0);  // in the refresh's own clocks
-    refresh_left_ = config_.refresh_cycles - 1;
-    refresh_due_in_ = config_.refresh_interval_cycles - 1;
+    refresh_left_.start(config_.refresh_cycles - 1);
+    refresh_due_in_.start(config_.refresh_interval_cycles - 1);
 }
 
 void FrameMemory::close_banks(int clocks) {
     for (const auto& bank : banks_) {
-        bank->open = false;
+        bank->close();
         bank->keep_busy(clocks);
     }
 }
 
 void FrameMemory::pass_clock() {
     for (const auto& bank : banks_) {
-        if (bank->busy()) {
-            --*bank->wait;
-        }
+        bank->wait->pass();
     }
 }
 
-bool FrameMemory::banks_are_busy() const {
-    return std::any_of(banks_.begin(), banks_.end(),
-                       [](const std::unique_ptr<Bank>& bank) { return bank->busy(); });
-}
-
-void FrameMemory::open(const MemoryCommand& command) {
-    Bank& bank = bank_of(command);
-    bank.open = true;
-    bank.page = command.row;
-}
+void FrameMemory::open(const MemoryCommand& command) { bank_of(command).open(command.row); }
 
 void FrameMemory::check_timing(const MemoryCommand& command) const {
     const Bank& bank = bank_of(command);
     if (bank.busy()) {
         refuse("timing", command,
-               "the bank takes it only " + std::to_string(bank.wait->value()) + " clocks later");
+               "the bank takes it only " + std::to_string(bank.wait->left()) + " clocks later");
     }
 }
 
 void FrameMemory::check_activate(const MemoryCommand& command) const {
     const Bank& bank = bank_of(command);
-    if (config_.precharge_cycles > 0 && bank.open) {
-        refuse("page", command, "page " + std::to_string(bank.page) + " is open");
+    if (config_.precharge_cycles > 0 && bank.is_open()) {
+        refuse("page", command, "page " + std::to_string(bank.page()) + " is open");
     } else {
         check_timing(command);
     }
@@ -197,10 +179,11 @@ void FrameMemory::check_activate(const MemoryCommand& command) const {
 
 void FrameMemory::check_words(const MemoryCommand& command) const {
     const Bank& bank = bank_of(command);
-    const bool opens_itself = config_.activate_cycles() == 0 && (config_.precharge_cycles == 0 || !bank.open);
-    if (!opens_itself && (!bank.open || bank.page != command.row)) {
+    const bool opens_itself =
+        config_.activate_cycles() == 0 && (config_.precharge_cycles == 0 || !bank.is_open());
+    if (!opens_itself && !bank.is_open(command.row)) {
         refuse("page", command,
-               bank.open ? "page " + std::to_string(bank.page) + " is open" : "no page is open");
+               bank.is_open() ? "page " + std::to_string(bank.page()) + " is open" : "no page is open");
     } else {
         check_timing(command);
     }

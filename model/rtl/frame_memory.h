@@ -8,6 +8,8 @@
 
 #include "formats/pixel.h"
 #include "rtl/block.h"
+#include "rtl/countdown.h"
+#include "rtl/memory_bank.h"
 #include "rtl/register.h"
 #include "rtl/signals.h"
 
@@ -64,16 +66,15 @@ class FrameMemory final : public Block {
     void trace(sc_core::sc_trace_file* file) const override;
 
   private:
-    struct Bank {
-        Bank(RegisterSet& set, const std::string& name, int page_bits)
-            : open(set, name + "_open"), page(set, name + "_page", page_bits) {}
-        Register<bool> open;
-        Register<std::uint32_t> page;
-        std::unique_ptr<Register<int>>
-            wait;  ///< clocks that the bank still needs; null if banks are not timed
-        bool busy() const { return wait != nullptr && *wait > 0; }
+    struct Bank : MemoryBank {
+        Bank(RegisterSet& set, const std::string& name, int page_bits, int most_cycles)
+            : MemoryBank(set, name, page_bits) {
+            if (most_cycles > 0) wait = std::make_unique<Countdown>(set, name + "_wait", most_cycles);
+        }
+        std::unique_ptr<Countdown> wait;  ///< clocks that the bank still needs; null if banks are not timed
+        bool busy() const { return wait != nullptr && wait->running(); }
         void keep_busy(int clocks) {
-            if (wait != nullptr) *wait = clocks;
+            if (wait != nullptr) wait->start(clocks);
         }
     };
 
@@ -86,7 +87,6 @@ class FrameMemory final : public Block {
     void refresh(const MemoryCommand& command);
     void close_banks(int clocks);
     void pass_clock();
-    bool banks_are_busy() const;
     void check_timing(const MemoryCommand& command) const;
     void check_activate(const MemoryCommand& command) const;
     void check_words(const MemoryCommand& command) const;
@@ -107,8 +107,8 @@ class FrameMemory final : public Block {
 
     RegisterSet registers_;
     std::vector<std::unique_ptr<Bank>> banks_;
-    Register<int> refresh_left_;      ///< clocks of a refresh still to pass
-    Register<int> refresh_due_in_;    ///< clocks until one has to begin; 0 without refreshes
+    Countdown refresh_left_;          ///< clocks of a refresh still to pass
+    Countdown refresh_due_in_;        ///< clocks until one has to begin; 0 without refreshes
     RegisterLine<MemoryData> reads_;  ///< words on their way out
     MemoryData data_;
     Clocked clocked_{*this, clk_i, reset_i, registers_, &FrameMemory::core_edge, &FrameMemory::reset};

@@ -28,7 +28,9 @@ struct FramebufferWires {
     Wire<bool> front{"front"};
     Wire<MemoryWrite> write{"write"};
     Wire<FrontTable> table{"table"};
-    // bus_port and frame_memory
+    // bus_port, memory_controller and frame_memory
+    Wire<MemoryRequest> memory_request{"memory_request"};
+    Wire<MemoryAnswer> memory_answer{"memory_answer"};
     Wire<MemoryCommand> command{"command"};
     Wire<MemoryData> data{"data"};
     // bus_port and bus_arbiter
@@ -43,7 +45,7 @@ struct FramebufferWires {
     Wire<bool> lost{"lost"};
     Wire<std::uint16_t> recovered{"recovered"};
     Wire<std::uint16_t> slot{"slot"};
-    // write_buffer to bus_port and frame_memory
+    // write_buffer, memory_controller and frame_memory
     SignalBank<bool> write_full;
     SignalBank<WriteBlock> write_block;
     Wire<bool> drain{"drain"};

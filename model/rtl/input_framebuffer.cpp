@@ -25,6 +25,7 @@ InputFramebuffer::InputFramebuffer(const sc_core::sc_module_name& name, const Sc
 
       table_unit_("table_unit", scenario.bus, scenario.limits(renderer_)),
       frame_memory_("frame_memory", scenario.memory, renderer_.image_words()),
+      memory_controller_("memory_controller", scenario.memory, renderer_.image_words()),
       bus_arbiter_("bus_arbiter", scenario.bus, scenario.displays.count()),
       bus_port_(
           "bus_port", scenario, renderer_, [this](bool fresh) { start_frame(fresh); }, counters_.bus) {
@@ -69,6 +70,11 @@ void InputFramebuffer::bind_link_side() {
     frame_memory_.front_i(wires_->front);
     frame_memory_.command_i(wires_->command);
     frame_memory_.data_o(wires_->data);
+    memory_controller_.clk_i(clk_i);
+    memory_controller_.reset_i(reset_i);
+    memory_controller_.request_i(wires_->memory_request);
+    memory_controller_.answer_o(wires_->memory_answer);
+    memory_controller_.command_o(wires_->command);
 }
 
 void InputFramebuffer::bind_bus_side() {
@@ -79,7 +85,8 @@ void InputFramebuffer::bind_bus_side() {
     bus_port_.fresh_i(wires_->fresh);
     bus_port_.table_i(wires_->table);
     bus_port_.bus_o(bus_o);
-    bus_port_.command_o(wires_->command);
+    bus_port_.memory_o(wires_->memory_request);
+    bus_port_.memory_i(wires_->memory_answer);
     bus_port_.data_i(wires_->data);
     for (std::size_t line = 0; line < busready_i.size(); ++line) {
         bus_port_.busready_i[line](busready_i[line]);
@@ -123,11 +130,11 @@ void InputFramebuffer::bind_write_buffer() {
     for (std::size_t half = 0; half < WriteBuffer::kHalves; ++half) {
         buffer.full_o[half](wires_->write_full[half]);
         buffer.block_o[half](wires_->write_block[half]);
-        bus_port_.write_full_i[half](wires_->write_full[half]);
-        bus_port_.write_block_i[half](wires_->write_block[half]);
+        memory_controller_.write_full_i[half](wires_->write_full[half]);
+        memory_controller_.write_block_i[half](wires_->write_block[half]);
     }
     bus_port_.front_i[0](wires_->front);
-    bus_port_.drain_o[0](wires_->drain);
+    memory_controller_.drain_o[0](wires_->drain);
     frame_memory_.write_data_i[0](wires_->write_data);
 }
 
@@ -148,6 +155,7 @@ void InputFramebuffer::trace(sc_core::sc_trace_file* file) const {
     table_unit_.trace(file);
     frame_memory_.trace(file);
     if (write_buffer_ != nullptr) write_buffer_->trace(file);
+    memory_controller_.trace(file);
     bus_arbiter_.trace(file);
     bus_port_.trace(file);
 }

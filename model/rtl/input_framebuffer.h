@@ -11,6 +11,7 @@
 #include "rtl/bus_port.h"
 #include "rtl/frame_memory.h"
 #include "rtl/link_port.h"
+#include "rtl/memory_controller.h"
 #include "rtl/signals.h"
 #include "rtl/table_unit.h"
 #include "rtl/write_buffer.h"
@@ -26,6 +27,7 @@ struct FramebufferWires;
 /// - frame_memory: the two devices;
 /// - write_buffer, with shared ports: keeps the link's words until the memory, which is then one device, takes them;
 /// - table_unit: the viewport tables of both, and the slot table;
+/// - memory_controller: pages, banks, refresh and, with shared ports, the link's writes;
 /// - bus_port, in core clocks: table and bursts on the bus;
 /// - bus_arbiter: decides whose burst is next.
 ///
@@ -80,6 +82,7 @@ class InputFramebuffer final : public Block {
     TableUnit table_unit_;
     FrameMemory frame_memory_;
     std::unique_ptr<WriteBuffer> write_buffer_;  ///< null without shared ports
+    MemoryController memory_controller_;
     BusArbiter bus_arbiter_;
     BusPort bus_port_;
 };

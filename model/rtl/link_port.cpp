@@ -32,9 +32,7 @@ void LinkPort::clock_edge() {
     if (event_i.read().reports_anything()) {
         take_event(event_i.read());
     }
-    const bool request = request_.sample(request_i.read());
-    if (request != request_seen_) {
-        request_seen_ = request;
+    if (request_.arrives(request_i.read())) {
         banks_.change().ask();
     }
     if (banks_->can_answer(edge_)) {

@@ -6,6 +6,7 @@
 #include "datapath/link/bank_keeper.h"
 #include "report/machine_report.h"
 #include "rtl/block.h"
+#include "rtl/crossing.h"
 #include "rtl/register.h"
 #include "rtl/signals.h"
 
@@ -58,8 +59,7 @@ class LinkPort final : public Block {
     Records records_;
 
     RegisterSet registers_;
-    Synchronizer request_{registers_, "request"};
-    Register<bool> request_seen_{registers_, "request_seen"};
+    Crossing request_{registers_, "request"};
     Register<bool> pair_request_{registers_, "pair_request"};
     Register<bool> answer_{registers_, "answer"};
     Register<bool> fresh_{registers_, "fresh"};

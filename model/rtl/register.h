@@ -255,23 +255,4 @@ class RegisterLine {
     std::vector<std::unique_ptr<Register<Value>>> stages_;
 };
 
-/// A level that crosses from another clock domain: two registers in the receiver's domain, so a change is seen at the
-/// second receiver edge after it at the earliest. One bit only; what goes with it must not change.
-class Synchronizer {
-  public:
-    Synchronizer(RegisterSet& set, const std::string& name)
-        : captured_(set, name + "_captured"), stable_(set, name + "_stable") {}
-
-    /// The value as the receiver's logic sees it at this edge, given the input now. Call it once at each edge.
-    bool sample(bool input) {
-        stable_ = captured_;
-        captured_ = input;
-        return stable_;
-    }
-
-  private:
-    Register<bool> captured_;
-    Register<bool> stable_;
-};
-
 }  // namespace metabuffer::rtl

@@ -167,7 +167,46 @@ struct MemoryWrite {
     }
 };
 
-/// What an input framebuffer's bus port asks of its frame memory in a core clock.
+/// What an input framebuffer's bus port asks of its memory controller in a core clock.
+struct MemoryRequest {
+    /// All banks: a frame begins with no page open. No words are asked for then, nor in the precharge_cycles after it.
+    bool close = false;
+    bool give_up = false;  ///< the words asked for in the clock before are not wanted any more
+    std::uint8_t count = 0;
+    std::array<std::uint32_t, kMaximumBeatPixels> addresses{};  ///< of `count` words in the memory
+
+    /// lanes: words that the memory reads in a clock; their addresses are NAME.address_0 and so on.
+    template <typename See>
+    static void visit_fields(const See& see, int lanes = 0, int address_bits = kAllBits) {
+        see("close", &MemoryRequest::close);
+        see("give_up", &MemoryRequest::give_up);
+        see("count", &MemoryRequest::count, kLaneCountBits);
+        see("address", &MemoryRequest::addresses, &MemoryRequest::count, lanes, address_bits);
+    }
+};
+
+/// What becomes of the words asked for in this clock.
+struct MemoryAnswer {
+    enum class Kind : std::uint8_t {
+        kNone,     ///< none are asked for
+        kRead,     ///< the first `count` of them are read
+        kOpen,     ///< their page is being opened
+        kRefresh,  ///< the memory is being refreshed
+        kWrite,    ///< with shared ports: the memory takes words of the link
+    };
+    Kind kind = Kind::kNone;
+    std::uint8_t count = 0;
+    bool miss = false;  ///< of kRead and kOpen: the page was not open before this clock
+
+    template <typename See>
+    static void visit_fields(const See& see) {
+        see("kind", &MemoryAnswer::kind, 3);
+        see("count", &MemoryAnswer::count, kLaneCountBits);
+        see("miss", &MemoryAnswer::miss);
+    }
+};
+
+/// What a memory controller asks of its frame memory in a core clock.
 struct MemoryCommand {
     enum class Kind : std::uint8_t {
         kNone,

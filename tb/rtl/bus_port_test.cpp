@@ -12,9 +12,7 @@
 
 #include "lockstep/lockstep.h"
 #include "rtl/register.h"
-#include "rtl/write_buffer.h"
 #include "support/images.h"
-#include "support/reference_banks.h"
 #include "support/rows.h"
 #include "support/scenarios.h"
 #include "support/traced_values.h"
@@ -25,16 +23,15 @@ namespace {
 using rtl::BusBeat;
 using rtl::BusPort;
 using rtl::FrontTable;
-using rtl::MemoryCommand;
+using rtl::MemoryAnswer;
 using rtl::MemoryData;
-using Command = MemoryCommand::Kind;
+using rtl::MemoryRequest;
 
 constexpr int kWidth = 16;  ///< of the image
 constexpr int kDisplays = 2;
 
 constexpr int kImageHeight = 8;
 constexpr int kFrames = 8;  ///< of the scenario: after them the port is done
-constexpr std::size_t kHalves = rtl::WriteBuffer::kHalves;
 
 /// What a port is made with, and what follows from it.
 struct Parts {
@@ -55,9 +52,9 @@ struct Parts {
         return (bus().burst_pixels + beat_pixels() - 1) / beat_pixels() * beat_clocks();
     }
     int loop() const { return memory().read_latency_cycles + 2 * bus().register_stages; }
-    /// The first page of the other image.
-    int image_pages() const {
-        return (kWidth * kImageHeight + memory().page_words - 1) / memory().page_words;
+    /// The address of the other image's first word.
+    int other_image() const {
+        return (kWidth * kImageHeight + memory().page_words - 1) / memory().page_words * memory().page_words;
     }
 };
 
@@ -80,12 +77,6 @@ struct SentRow {
     }
 };
 
-/// An opening under way.
-struct Opening {
-    int clocks_left = 0;
-    bool activates_later = false;  ///< its precharge has been sent, its activation has not
-};
-
 /// A beat that has been decided on: it waits for its words and its clock.
 struct Leaving {
     BusBeat beat;
@@ -95,8 +86,6 @@ struct Leaving {
 
 /// Everything that an edge changes. Clocks are counted from the end of reset on.
 struct Registers {
-    explicit Registers(const MemoryConfig& memory) : banks(memory) {}
-
     int now = 0;
     State state = State::kAsk;
     bool request = false;
@@ -122,19 +111,12 @@ struct Registers {
     bool beat_is_last = false;  ///< its burst has been stopped
     int lost_left = 0;
     std::array<int, kDisplays> passed_over_to{};  ///< the last clock at which a composer is passed over
-    Opening opening;
-    ReferenceBanks banks;
-    // Writes.
-    std::array<bool, kHalves> full_before{}, full_seen{}, waiting{};
-    std::size_t half = 0;
-    int write_left = 0;
-    Opening write_opening;
     std::deque<Leaving> leaving;
     BusBeat bus;
 };
 
 /// A bus port by the rules of its header. The test plays the link's side, the composers, the arbiter, and a memory that
-/// puts out random words.
+/// answers at random and puts out random words.
 class Port final : private Parts, public Lockstep<BusPort> {
   public:
     Port(LockstepBench& bench, const char* port_name, const Scenario& made)
@@ -158,13 +140,7 @@ class Port final : private Parts, public Lockstep<BusPort> {
             wires_.add(*busready_.back(), 12);
             wires_.add(*tableready_.back(), 8);
         }
-        if (!memory().shared()) return;
-        front_ = &in(&BusPort::front_i, 0);
-        drain_ = &out(&BusPort::drain_o, 0);
-        for (std::size_t half = 0; half < kHalves; ++half) {
-            full_.push_back(&in(&BusPort::write_full_i, half));
-            block_.push_back(&in(&BusPort::write_block_i, half));
-        }
+        if (memory().shared()) front_ = &in(&BusPort::front_i, 0);
     }
 
     void stimulate() override {
@@ -172,13 +148,14 @@ class Port final : private Parts, public Lockstep<BusPort> {
         wires_.stimulate(bench_);
         if (bench_.in_reset()) restart_inputs();
         drive_link();
-        if (memory().shared()) drive_blocks();
         drive_arbiter();
         next_ = now_;
         due_before_ = due_;
-        command_due_ = MemoryCommand{};
+        request_due_ = MemoryRequest{};
+        answer_memory_ = MemoryAnswer{};
         take_due_ = false;
         clock();
+        memory_answer_ = answer_memory_;
         drive_memory();
     }
     void expect() override {
@@ -186,7 +163,7 @@ class Port final : private Parts, public Lockstep<BusPort> {
         bus_ = now_.bus;
         start_ = now_.starts;
         take_ = take_due_;
-        command_ = command_due_;
+        memory_request_ = request_due_;
         for (std::size_t line = 0; line < kDisplays; ++line) {
             const bool used = line < now_.rows.size() && now_.rows[line].pending();
             *pending_[line] = used;
@@ -196,7 +173,6 @@ class Port final : private Parts, public Lockstep<BusPort> {
             deadline_[line]->ignore();
             if (used) *deadline_[line] = now_.rows[line].deadline(scenario.displays.raster_width_pixels());
         }
-        if (memory().shared()) *drain_ = now_.half == 1;
     }
     void edge() override {
         now_ = next_;
@@ -220,8 +196,6 @@ class Port final : private Parts, public Lockstep<BusPort> {
         };
         const int last = *std::max_element(now_.passed_over_to.begin(), now_.passed_over_to.end());
         check("uncounted_cycles", 1 + loop(), std::max(0, last + 1 - now_.now));
-        check("precharging", 1, now_.opening.activates_later ? 1 : 0);
-        if (memory().shared()) check("write_precharging", 1, now_.write_opening.activates_later ? 1 : 0);
         if (now_.row >= 0) check("announced_before", bus().burst_pixels, announced_before());
     }
     void check_starts() const {
@@ -236,11 +210,7 @@ class Port final : private Parts, public Lockstep<BusPort> {
     bool now_and_then(int clocks) { return bench_.random.one_in(bench_.pausing() ? 6 * clocks : clocks); }
 
     /// The link's side is reset as well.
-    void restart_inputs() {
-        answer_ = false;
-        for (Input<bool>* full : full_) *full = false;
-        next_half_ = 0;
-    }
+    void restart_inputs() { answer_ = false; }
     void drive_link() {
         Random& random = bench_.random;
         const bool asked = now_.state == State::kWait && answer_ == now_.answer_seen;
@@ -264,23 +234,6 @@ class Port final : private Parts, public Lockstep<BusPort> {
             displays.erase(displays.begin() + which);
         }
         table_ = table;
-    }
-    /// Fills the halves of the write buffer in turn. A block lies in one page.
-    void drive_blocks() {
-        Random& random = bench_.random;
-        const std::size_t half = next_half_;
-        const bool free = *full_[half] == now_.full_seen[half] && !now_.waiting[half] &&
-                          !(now_.write_left > 0 && now_.half == half);
-        if (bench_.in_reset() || !free || !now_and_then(12)) return;
-        const int words = random.between(1, std::min(16, memory().page_words));
-        const int page = random.between(0, 2 * image_pages() - 1);
-        *block_[half] = rtl::WriteBlock{
-            static_cast<std::uint64_t>(page * memory().page_words +
-                                       random.between(0, memory().page_words - words)),
-            static_cast<std::uint32_t>(words),
-            random.one_in(2) ? rtl::MemoryWrite::kColourBytes : rtl::MemoryWrite::kDepthBytes};
-        *full_[half] = !*full_[half];
-        next_half_ = 1 - next_half_;
     }
     /// An answer may come whether the bus takes it or not. A table is built at the beginning of a frame.
     void drive_arbiter() {
@@ -313,7 +266,7 @@ class Port final : private Parts, public Lockstep<BusPort> {
     }
     /// The words of the read that was sent `latency` clocks ago.
     void drive_memory() {
-        reads_.push_back(command_due_.kind == Command::kRead && !bench_.in_reset() ? command_due_.count : 0);
+        reads_.push_back(bench_.in_reset() ? 0 : answer_memory_.count);
         MemoryData words;
         if (reads_.size() > static_cast<std::size_t>(memory().read_latency_cycles)) {
             words.count = static_cast<std::uint8_t>(reads_.front());
@@ -351,32 +304,25 @@ class Port final : private Parts, public Lockstep<BusPort> {
         return -1;
     }
     SentRow& row(int line) { return next_.rows[static_cast<std::size_t>(line)]; }
-    int page_of(int line) {
-        const SentRow& of = row(line);
-        return next_.image * image_pages() + of.image_word(of.sent) / memory().page_words;
-    }
-    bool refreshes() const { return now_.banks.refresh_due(now_.now) || now_.banks.refreshing(now_.now); }
-    void command(Command kind, int page) {
-        command_due_.kind = kind;
-        command_due_.bank = static_cast<std::uint8_t>(page % memory().banks);
-        command_due_.row = static_cast<std::uint32_t>(page);
-    }
-    int opening_clocks(int page) const {
-        return next_.banks.clocks_to_open(static_cast<std::size_t>(page), page);
-    }
-    /// The first clock of an opening, or what a clock of it does.
-    Opening opened(int page) {
-        const bool closes = opening_clocks(page) > memory().page_miss_cycles - memory().precharge_cycles;
-        command(closes ? Command::kPrecharge : Command::kActivate, page);
-        return {opening_clocks(page) - 1, closes};
-    }
-    void go_on(Opening& opening, int page) {
-        if (opening.activates_later &&
-            opening.clocks_left == memory().page_miss_cycles - memory().precharge_cycles) {
-            command(Command::kActivate, page);
-            opening.activates_later = false;
+    /// The memory is busy for some clocks, or reads some of the words.
+    void answer_request() {
+        Random& random = bench_.random;
+        if (busy_clocks_ == 0 && random.one_in(4)) {
+            busy_clocks_ = random.between(1, random.one_in(8) ? 30 : 6);
+            busy_with_ = static_cast<MemoryAnswer::Kind>(random.between(
+                static_cast<int>(MemoryAnswer::Kind::kOpen), static_cast<int>(MemoryAnswer::Kind::kWrite)));
         }
-        --opening.clocks_left;
+        if (busy_clocks_ > 0) {
+            --busy_clocks_;
+            answer_memory_.kind = busy_with_;
+        } else {
+            answer_memory_.kind = MemoryAnswer::Kind::kRead;
+            answer_memory_.count = static_cast<std::uint8_t>(
+                random.one_in(4) ? random.between(1, request_due_.count) : request_due_.count);
+        }
+        const bool of_page = answer_memory_.kind == MemoryAnswer::Kind::kRead ||
+                             answer_memory_.kind == MemoryAnswer::Kind::kOpen;
+        answer_memory_.miss = of_page && random.one_in(4);
     }
 
     /// A clock, from the registers now_ to the registers next_.
@@ -385,19 +331,10 @@ class Port final : private Parts, public Lockstep<BusPort> {
         next.starts = false;
         const bool answered = now_.answer_before != now_.answer_seen;
         next.answer_before = answer_;
-        for (std::size_t half = 0; half < full_.size(); ++half) {
-            if (now_.full_before[half] != now_.full_seen[half]) {
-                next.waiting[half] = true;
-                next.full_seen[half] = now_.full_before[half];
-            }
-            next.full_before[half] = *full_[half];
-        }
-        const bool stop = burst_is_stopped();
-        if (stop) stop_burst();
-        writes_ = block_is_written();
+        if (burst_is_stopped()) stop_burst();
         if (now_.closing) {
             next.closing = false;
-            if (!refreshes()) command_due_.kind = Command::kPrechargeAll;
+            request_due_.close = true;
         }
         switch (now_.state) {
             case State::kAsk:
@@ -422,16 +359,6 @@ class Port final : private Parts, public Lockstep<BusPort> {
             next.announced.push_back(next.beats > 0 && next.beat_left == 0 ? next.burst_left
                                      : next.announced.empty()              ? 0
                                                                            : next.announced.back());
-        }
-        if (writes_) write_clock();
-        if (now_.banks.refresh_due(now_.now)) {
-            command_due_ = MemoryCommand{};
-            command_due_.kind = Command::kRefresh;
-            next.opening = Opening{};
-            ++bench_.happened["a refresh began"];
-        }
-        if (next.banks.obey(now_.now, command_due_) != ReferenceBanks::Answer::kRight) {
-            fail("the reference has sent a command that the memory cannot accept");
         }
     }
     void ask() {
@@ -491,15 +418,11 @@ class Port final : private Parts, public Lockstep<BusPort> {
     }
     void stop_burst() {
         ++bench_.happened["a burst was stopped"];
-        if (next_.opening.clocks_left > 0 && memory().precharge_cycles > 0) {
-            next_.banks.break_off(static_cast<std::size_t>(page_of(next_.row)));
-            ++bench_.happened["an opening was broken off"];
-        }
+        request_due_.give_up = now_.state == State::kSend;
         const std::size_t composer = row(next_.row).composer();
         if (loop() > 0) next_.passed_over_to[composer] = now_.now + loop();
         next_.beat_is_last = next_.beat_left > 0;
         next_.burst_left = 0;
-        next_.opening.clocks_left = 0;
         next_.row = -1;
     }
     void send_clock() {
@@ -514,15 +437,22 @@ class Port final : private Parts, public Lockstep<BusPort> {
             return;
         }
         if (next_.row < 0 && !take_answer()) return;
-        if (refreshes()) {
-            ++due_.refresh_cycles;
-        } else if (writes_) {
-            ++due_.write_cycles;
-        } else if (page_opens()) {
-            ++due_.page_miss_cycles;
-        } else {
-            ++due_.busy_cycles;
-            read();
+        ask_for_words();
+        answer_request();
+        due_.page_misses += answer_memory_.miss ? 1 : 0;
+        switch (answer_memory_.kind) {
+            case MemoryAnswer::Kind::kOpen:
+                ++due_.page_miss_cycles;
+                break;
+            case MemoryAnswer::Kind::kRefresh:
+                ++due_.refresh_cycles;
+                break;
+            case MemoryAnswer::Kind::kWrite:
+                ++due_.write_cycles;
+                break;
+            default:
+                ++due_.busy_cycles;
+                read(answer_memory_.count);
         }
     }
     bool take_answer() {
@@ -551,35 +481,26 @@ class Port final : private Parts, public Lockstep<BusPort> {
         next_.burst_left = std::min(bus().burst_pixels, row(next_.row).pixels() - row(next_.row).sent);
         return true;
     }
-    bool page_opens() {
-        const int page = page_of(next_.row);
-        if (next_.opening.clocks_left > 0) {
-            go_on(next_.opening, page);
-            return true;
+    /// As many as fit the beat and the burst.
+    void ask_for_words() {
+        const SentRow& of = row(next_.row);
+        while (request_due_.count < std::min(beat_pixels(), next_.burst_left)) {
+            request_due_.addresses[request_due_.count] = static_cast<std::uint32_t>(
+                next_.image * other_image() + of.image_word(of.sent + request_due_.count));
+            ++request_due_.count;
         }
-        if (next_.banks.is_open(static_cast<std::size_t>(page), page)) return false;
-        ++due_.page_misses;
-        next_.opening = opening_clocks(page) > 0 ? opened(page) : Opening{};
-        return opening_clocks(page) > 0;
     }
-    /// As many words as fit the beat, the burst and the page.
-    void read() {
+    void read(int words) {
         SentRow& of = row(next_.row);
-        const int page = page_of(next_.row);
         next_.beat = BusBeat{};
         next_.beat.kind = BusBeat::Kind::kPixels;
         next_.beat.frame = frame();
         next_.beat.destination = of.row.dcomp;
         next_.beat.first = static_cast<std::uint32_t>(of.sent);
-        command(Command::kRead, page);
-        while (next_.beat.count < beat_pixels() && next_.burst_left > 0 && page_of(next_.row) == page) {
-            command_due_.columns[next_.beat.count++] =
-                static_cast<std::uint32_t>(of.image_word(of.sent++) % memory().page_words);
-            --next_.burst_left;
-            if (!of.pending()) break;
-        }
-        command_due_.count = next_.beat.count;
-        due_.pixels_sent += next_.beat.count;
+        next_.beat.count = static_cast<std::uint8_t>(words);
+        of.sent += words;
+        next_.burst_left -= words;
+        due_.pixels_sent += words;
         next_.beat_words_at = now_.now + memory().read_latency_cycles;
         next_.beat_row = next_.row;
         next_.beat_left = beat_clocks() - 1;
@@ -596,50 +517,6 @@ class Port final : private Parts, public Lockstep<BusPort> {
         }
         next_.beat_is_last = false;
         next_.row = -1;
-    }
-
-    // ---- writes ----
-
-    bool block_is_written() {
-        if (refreshes()) return false;
-        if (now_.write_left > 0) return true;
-        if (!now_.waiting[now_.half] || next_.opening.clocks_left > 0) return false;
-        if (memory().refresh_cycles == 0) return true;
-        const rtl::WriteBlock& block = *block_[now_.half];
-        const int clocks =
-            opening_clocks(write_page()) +
-            (static_cast<int>(block.words) + memory().words_per_cycle - 1) / memory().words_per_cycle;
-        const int refresh_in = memory().refresh_interval_cycles - now_.now % memory().refresh_interval_cycles;
-        bench_.happened["a block waited for a refresh"] += clocks > refresh_in ? 1 : 0;
-        return clocks <= refresh_in;
-    }
-    int write_page() const {
-        return static_cast<int>(block_[now_.half]->value().address) / memory().page_words;
-    }
-    void write_clock() {
-        const rtl::WriteBlock& block = *block_[now_.half];
-        const int page = write_page();
-        if (now_.write_left == 0) {
-            next_.write_left = static_cast<int>(block.words);
-            if (opening_clocks(page) > 0) {
-                next_.write_opening = opened(page);
-                return;
-            }
-        } else if (now_.write_opening.clocks_left > 0) {
-            go_on(next_.write_opening, page);
-            return;
-        }
-        command(Command::kWrite, page);
-        command_due_.byte_mask = block.byte_mask;
-        while (command_due_.count < memory().words_per_cycle && next_.write_left > 0) {
-            command_due_.columns[command_due_.count++] = static_cast<std::uint32_t>(
-                (static_cast<int>(block.address) + static_cast<int>(block.words) - next_.write_left--) %
-                memory().page_words);
-        }
-        if (next_.write_left > 0) return;
-        next_.waiting[now_.half] = false;
-        next_.half = 1 - now_.half;
-        ++bench_.happened["a block was written"];
     }
 
     /// Between two edges: the counters of the clocks before, a sleeping port's too.
@@ -663,9 +540,6 @@ class Port final : private Parts, public Lockstep<BusPort> {
     Input<bool>& fresh_ = in(&BusPort::fresh_i);
     Input<FrontTable>& table_ = in(&BusPort::table_i);
     Input<bool>* front_ = nullptr;
-    std::vector<Input<bool>*> full_;
-    std::vector<Input<rtl::WriteBlock>*> block_;
-    Output<bool>* drain_ = nullptr;
     Output<BusBeat>& bus_ = out(&BusPort::bus_o);
     std::vector<Input<bool>*> busready_, tableready_, grant_;
     Output<bool>& start_ = out(&BusPort::start_o);
@@ -676,68 +550,55 @@ class Port final : private Parts, public Lockstep<BusPort> {
     Input<bool>& search_ = in(&BusPort::search_i);
     Input<bool>& lost_ = in(&BusPort::lost_i);
     Input<std::uint16_t>& recovered_ = in(&BusPort::recovered_i);
-    Output<MemoryCommand>& command_ = out(&BusPort::command_o);
+    Output<MemoryRequest>& memory_request_ = out(&BusPort::memory_o);
+    Input<MemoryAnswer>& memory_answer_ = in(&BusPort::memory_i);
     Input<MemoryData>& data_ = in(&BusPort::data_i);
     FreeWires wires_;
     // The test's parts around the port.
     int building_ = 0;  ///< clocks until the arbiter's table is built
     bool searching_ = false;
     int lost_clocks_ = 0;  ///< for which it goes on to report lost slots
-    std::size_t next_half_ = 0;
+    int busy_clocks_ = 0;  ///< for which the memory goes on to read nothing
+    MemoryAnswer::Kind busy_with_ = MemoryAnswer::Kind::kNone;
     std::deque<int> reads_;  ///< words, by clock
     // The reference.
-    Registers first_{memory()}, now_ = first_, next_ = first_;
+    Registers first_, now_ = first_, next_ = first_;
     BusCounters due_, due_before_;
     std::vector<bool> starts_;
-    MemoryCommand command_due_;
+    MemoryRequest request_due_;
+    MemoryAnswer answer_memory_;
     bool take_due_ = false;
-    bool writes_ = false;
     std::string first_wrong_counters_;
 };
 
-/// width_bits, words_per_cycle, burst_pixels; page_words, page_miss_cycles, banks, precharge_cycles.
-Scenario port_scenario(int width, int words, int burst, int page_words, int page_miss, int banks = 1,
-                       int precharge = 0) {
+/// width_bits, words_per_cycle, burst_pixels.
+Scenario port_scenario(int width, int words, int burst) {
     Scenario scenario = small_scenario(64, 64, kDisplays);
     scenario.frames = kFrames;
     scenario.bus.arbitration = Arbitration::kRoundRobin;
     scenario.bus.width_bits = width;
     scenario.bus.burst_pixels = burst;
     scenario.memory.words_per_cycle = words;
-    scenario.memory.page_words = page_words;
-    scenario.memory.page_miss_cycles = page_miss;
-    scenario.memory.banks = banks;
-    scenario.memory.precharge_cycles = precharge;
-    scenario.memory.write_block_words = 16;
+    scenario.memory.page_words = 24;  // the other image begins with a page of its own
     scenario.renderers.push_back(renderer_of({PixelImage(kWidth, kImageHeight)}));
     return scenario;
 }
 
 std::map<std::string, Scenario> port_scenarios() {
     std::map<std::string, Scenario> all{
-        {"plain", port_scenario(128, 2, 8, 32, 3)},      {"one_word", port_scenario(64, 1, 3, 8, 0)},
-        {"narrow", port_scenario(16, 1, 4, 8, 3, 2, 1)}, {"half", port_scenario(32, 1, 8, 16, 2)},
-        {"wide", port_scenario(512, 8, 20, 32, 1)},      {"banks", port_scenario(128, 2, 8, 8, 5, 2, 2)},
-    };
-    Scenario& refreshed = all["refreshed"] = port_scenario(128, 2, 8, 32, 5, 2, 2);
-    refreshed.memory.refresh_interval_cycles = 23;
-    refreshed.memory.refresh_cycles = 4;
-    all["deadlines"] = port_scenario(256, 3, 9, 8, 4, 1, 2);
+        {"plain", port_scenario(128, 2, 8)},  {"one_word", port_scenario(64, 1, 3)},
+        {"narrow", port_scenario(16, 1, 4)},  {"half", port_scenario(32, 1, 8)},
+        {"wide", port_scenario(512, 8, 20)},  {"deadlines", port_scenario(256, 3, 9)},
+        {"losing", port_scenario(128, 2, 8)}, {"losing_beats", port_scenario(128, 2, 2)},
+        {"shared", port_scenario(128, 2, 16)}};
     all["deadlines"].bus.arbitration = Arbitration::kEdf;
-    all["losing"] = port_scenario(128, 2, 8, 16, 4, 1, 1);
     all["losing"].bus.arbitration = Arbitration::kSlotAllocation;
-    all["losing_beats"] = port_scenario(128, 2, 2, 16, 4, 1, 1);  // a lost slot takes a clock
-    all["losing_beats"].bus.arbitration = Arbitration::kSlotAllocation;
-    Scenario& shared = all["shared"] = port_scenario(128, 2, 16, 16, 6, 2, 3);
-    shared.memory.ports = MemoryPorts::kShared;
-    shared.memory.refresh_interval_cycles = 40;
-    shared.memory.refresh_cycles = 4;
-    all["shared_simple"] = port_scenario(64, 3, 8, 16, 2);
-    all["shared_simple"].memory.ports = MemoryPorts::kShared;
-    Scenario& late = all["late"] = port_scenario(128, 2, 16, 16, 3, 2, 1);
+    all["losing_beats"].bus.arbitration = Arbitration::kSlotAllocation;  // a lost slot takes a clock
+    all["shared"].memory.ports = MemoryPorts::kShared;
+    Scenario& late = all["late"] = port_scenario(128, 2, 16);
     late.memory.read_latency_cycles = 3;
     late.bus.register_stages = 2;
-    Scenario& narrow_late = all["narrow_late"] = port_scenario(32, 2, 12, 16, 2);
+    Scenario& narrow_late = all["narrow_late"] = port_scenario(32, 2, 12);
     narrow_late.memory.read_latency_cycles = 2;
     narrow_late.bus.grant_cycles = 2;
     return all;
@@ -757,21 +618,15 @@ TEST_CASE("bus port: in lockstep with its reference") {
         bench.run(clocks);
         ports[++port % ports.size()]->check_registers();
     }
-    bench.run(kClocks, {{"a burst was stopped", 250},
-                        {"an opening was broken off", 10},
-                        {"all frames were sent", 10},
-                        {"a refresh began", 250},
-                        {"a block was written", 250},
-                        {"a block waited for a refresh", 10}});
+    bench.run(kClocks, {{"a burst was stopped", 250}, {"all frames were sent", 10}});
     for (const auto& each : ports) each->check_starts();
 }
 
 TEST_CASE("bus port: its registers are as many as displays need, and as wide as their largest values") {
     LockstepBench bench;
-    const Port port(bench, "port", port_scenario(128, 2, 8, 32, 3));
+    const Port port(bench, "port", port_scenario(128, 2, 8));
     const Port late(bench, "late", port_scenarios().at("late"));
     bench.run(1);
-    CHECK(port.has_register("bank_0_page[2]=0"));  // the image has 128 words in pages of 32
     CHECK(port.has_register("row_2_left[8]=0"));
     CHECK_FALSE(port.has_register("row_3_left[8]=0"));
     CHECK(port.has_register("uncounted_2[1]=0"));

@@ -9,6 +9,7 @@
 #include "lockstep/waveform_case.h"
 #include "rtl/bus_arbiter.h"
 #include "rtl/bus_port.h"
+#include "rtl/memory_controller.h"
 #include "support/images.h"
 #include "support/rows.h"
 #include "support/scenarios.h"
@@ -23,6 +24,7 @@ using rtl::BusBeat;
 using rtl::BusPort;
 using rtl::FrontTable;
 using rtl::MemoryCommand;
+using rtl::MemoryController;
 
 constexpr int kWidth = 16;  ///< of the image, which has 128 words
 constexpr int kDisplays = 2;
@@ -49,9 +51,38 @@ struct PortParts {
     BusCounters counters;
 };
 
-/// A bus port whose inputs are written as strings, a letter a clock from the first one after reset on; the last letter
+/// A bus port with its memory controller.
+struct BusSide final : rtl::Block {
+    sc_core::sc_in<bool> clk_i{"clk_i"};
+    sc_core::sc_in<bool> reset_i{"reset_i"};
+    BusPort port;
+    MemoryController controller;
+    rtl::Wire<rtl::MemoryRequest> request{"request"};
+    rtl::Wire<rtl::MemoryAnswer> answer{"answer"};
+
+    BusSide(const sc_core::sc_module_name& name, const Scenario& scenario, BusCounters& counters)
+        : Block(name),
+          port(
+              "port", scenario, scenario.renderers[0], [](bool) {}, counters),
+          controller("controller", scenario.memory, scenario.renderers[0].image_words()) {
+        port.clk_i(clk_i);
+        port.reset_i(reset_i);
+        controller.clk_i(clk_i);
+        controller.reset_i(reset_i);
+        port.memory_o(request);
+        controller.request_i(request);
+        controller.answer_o(answer);
+        port.memory_i(answer);
+    }
+    void trace(sc_core::sc_trace_file* file) const override {
+        port.trace(file);
+        controller.trace(file);
+    }
+};
+
+/// A bus side whose inputs are written as strings, a letter a clock from the first one after reset on; the last letter
 /// stands. What its outputs show at each edge comes out as strings. Words are of no interest here.
-class PortWaves final : private PortParts, public Lockstep<BusPort> {
+class PortWaves final : private PortParts, public Lockstep<BusSide> {
   public:
     // `_` and `-`: low and high. Low at clock 0 and high from then on, the answer is read at edge 2.
     std::string answer = "_-", tableready = "-", busready_1 = "-", busready_2 = "-", lost = "_", full = "_";
@@ -65,23 +96,26 @@ class PortWaves final : private PortParts, public Lockstep<BusPort> {
 
     PortWaves(LockstepBench& bench, const Scenario& made, const std::string& name = "port")
         : PortParts{made, {}}, Lockstep(bench, name, [this](const char* dut, rtl::ClockGating) {
-              return std::make_unique<BusPort>(
-                  dut, scenario, scenario.renderers[0], [](bool) {}, counters);
+              return std::make_unique<BusSide>(dut, scenario, counters);
           }) {
         if (scenario.memory.shared()) {
-            in(&BusPort::front_i, 0);
-            out(&BusPort::drain_o, 0);
+            in_part<bool>([](BusSide & dut) -> auto& { return dut.port.front_i[0]; });
+            out_part<bool>([](BusSide & dut) -> auto& { return dut.controller.drain_o[0]; });
             for (std::size_t half = 0; half < full_.size(); ++half) {
-                full_[half] = &in(&BusPort::write_full_i, half);
-                block_[half] = &in(&BusPort::write_block_i, half);
+                full_[half] = &in_part<bool>([half](BusSide & dut) -> auto& {
+                    return dut.controller.write_full_i[half];
+                });
+                block_[half] = &in_part<rtl::WriteBlock>([half](BusSide & dut) -> auto& {
+                    return dut.controller.write_block_i[half];
+                });
             }
         }
         for (std::size_t line = 0; line < kDisplays; ++line) {
-            busready_[line] = &in(&BusPort::busready_i, line);
-            tableready_[line] = &in(&BusPort::tableready_i, line);
-            grant_[line] = &in(&BusPort::grant_i, line);
-            ready_[line] = &out(&BusPort::ready_o, line);
-            out(&BusPort::pending_o, line);
+            busready_[line] = &port_in(&BusPort::busready_i, line);
+            tableready_[line] = &port_in(&BusPort::tableready_i, line);
+            grant_[line] = &port_in(&BusPort::grant_i, line);
+            ready_[line] = &port_out(&BusPort::ready_o, line);
+            port_out(&BusPort::pending_o, line);
         }
     }
 
@@ -116,23 +150,39 @@ class PortWaves final : private PortParts, public Lockstep<BusPort> {
     }
 
   private:
-    Output<bool>& request_ = out(&BusPort::request_o);
-    Input<bool>& answer_ = in(&BusPort::answer_i);
-    Input<bool>& fresh_ = in(&BusPort::fresh_i);
-    Input<FrontTable>& table_ = in(&BusPort::table_i);
+    template <typename Value>
+    Input<Value>& port_in(sc_core::sc_in<Value> BusPort::*pin) {
+        return in_part<Value>([pin](BusSide & dut) -> auto& { return dut.port.*pin; });
+    }
+    template <typename Value>
+    Output<Value>& port_out(sc_core::sc_out<Value> BusPort::*pin) {
+        return out_part<Value>([pin](BusSide & dut) -> auto& { return dut.port.*pin; });
+    }
+    Input<bool>& port_in(sc_core::sc_vector<sc_core::sc_in<bool>> BusPort::*pins, std::size_t index) {
+        return in_part<bool>([ pins, index ](BusSide & dut) -> auto& { return (dut.port.*pins)[index]; });
+    }
+    Output<bool>& port_out(sc_core::sc_vector<sc_core::sc_out<bool>> BusPort::*pins, std::size_t index) {
+        return out_part<bool>([ pins, index ](BusSide & dut) -> auto& { return (dut.port.*pins)[index]; });
+    }
+
+    Output<bool>& request_ = port_out(&BusPort::request_o);
+    Input<bool>& answer_ = port_in(&BusPort::answer_i);
+    Input<bool>& fresh_ = port_in(&BusPort::fresh_i);
+    Input<FrontTable>& table_ = port_in(&BusPort::table_i);
     std::array<Input<bool>*, 2> full_{};
     std::array<Input<rtl::WriteBlock>*, 2> block_{};
-    Output<BusBeat>& bus_ = out(&BusPort::bus_o);
+    Output<BusBeat>& bus_ = port_out(&BusPort::bus_o);
     std::array<Input<bool>*, kDisplays> busready_{}, tableready_{}, grant_{};
     std::array<Output<bool>*, kDisplays> ready_{};
-    Output<bool>& start_ = out(&BusPort::start_o);
-    Output<bool>& take_ = out(&BusPort::take_o);
-    Input<bool>& grant_valid_ = in(&BusPort::grant_valid_i);
-    Input<bool>& search_ = in(&BusPort::search_i);
-    Input<bool>& lost_ = in(&BusPort::lost_i);
-    Input<std::uint16_t>& recovered_ = in(&BusPort::recovered_i);
-    Output<MemoryCommand>& command_ = out(&BusPort::command_o);
-    Input<rtl::MemoryData>& data_ = in(&BusPort::data_i);
+    Output<bool>& start_ = port_out(&BusPort::start_o);
+    Output<bool>& take_ = port_out(&BusPort::take_o);
+    Input<bool>& grant_valid_ = port_in(&BusPort::grant_valid_i);
+    Input<bool>& search_ = port_in(&BusPort::search_i);
+    Input<bool>& lost_ = port_in(&BusPort::lost_i);
+    Input<std::uint16_t>& recovered_ = port_in(&BusPort::recovered_i);
+    Output<MemoryCommand>& command_ =
+        out_part<MemoryCommand>([](BusSide & dut) -> auto& { return dut.controller.command_o; });
+    Input<rtl::MemoryData>& data_ = port_in(&BusPort::data_i);
 };
 
 // ---- a frame's beginning ----
