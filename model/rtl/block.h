@@ -27,6 +27,13 @@ class Block : public sc_core::sc_module {
     virtual std::string waiting_for() const { return {}; }
 
   protected:
+    /// Adds the blocks that this one is made of.
+    void trace_parts(sc_core::sc_trace_file* file) const {
+        for (const sc_core::sc_object* const part : get_child_objects()) {
+            if (const auto* const block = dynamic_cast<const Block*>(part)) block->trace(file);
+        }
+    }
+
     explicit Block(const sc_core::sc_module_name& name) : sc_core::sc_module(name) {}
 
     /// The name of the block that this one is a part of, for its errors; its own if it stands alone.

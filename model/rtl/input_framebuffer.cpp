@@ -151,13 +151,7 @@ void InputFramebuffer::trace(sc_core::sc_trace_file* file) const {
         sc_core::sc_trace(file, busready_i[d], path(numbered("BUSREADY", d).c_str()));
         sc_core::sc_trace(file, tableready_i[d], path(numbered("TABLEREADY", d).c_str()));
     }
-    link_port_.trace(file);
-    table_unit_.trace(file);
-    frame_memory_.trace(file);
-    if (write_buffer_ != nullptr) write_buffer_->trace(file);
-    memory_controller_.trace(file);
-    bus_arbiter_.trace(file);
-    bus_port_.trace(file);
+    trace_parts(file);
 }
 
 }  // namespace metabuffer::rtl

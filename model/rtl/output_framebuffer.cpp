@@ -49,9 +49,7 @@ void OutputFramebuffer::trace(sc_core::sc_trace_file* file) const {
     sc_core::sc_trace(file, swapskip_i, path("SWAPSKIP"));
     sc_trace(file, pipe_i.read(), path("PIPE_in"));
     sc_trace(file, link_o.read(), path("DVI"));
-    frame_averager_.trace(file);
-    display_memory_.trace(file);
-    dvi_output_.trace(file);
+    trace_parts(file);
 }
 
 }  // namespace metabuffer::rtl
