@@ -23,30 +23,35 @@ namespace metabuffer::rtl {
 ///
 /// Unless ports are shared, the link's side stores a write at the link clock that samples it. The bus's side takes one
 /// command per core clock. Page p lies in bank p mod banks, and each bank has one page open or none:
-/// - activate opens a page of a closed bank.
-/// - read puts out words of a bank's open page in the same clock, before its edge: up to words_per_cycle words, each
-///   with its own column, as interleaved memory gives them.
-///   With read_latency_cycles the words come that many clocks later; a read may still follow in each clock.
-/// - write, with shared ports, stores words of write_data_i in a bank's open page: the bytes that the mask names, and
-///   as many words per clock as a read puts out. Registers at the pins delay them as much as a read's words, so the two
-///   never meet at the pins. A later read finds what was stored.
-/// - precharge closes the bank's page, precharge-all every bank's.
-/// - refresh closes every bank's page too, and the memory is busy for refresh_cycles, the command's clock included.
 ///
-/// With precharge_cycles each bank counts the clocks that it needs: precharge_cycles from a precharge to an activate,
-/// and activate_cycles from an activate to a read or write. If an activate takes no clock, a read or write waits for
-/// the precharge. A precharge may come in these clocks. Without precharge_cycles the bus port alone counts them.
+/// | command       | does                                                                                           |
+/// | ------------- | ---------------------------------------------------------------------------------------------- |
+/// | activate      | opens a page of a closed bank                                                                  |
+/// | read          | puts out words of a bank's open page in the same clock, before its edge: up to words_per_cycle |
+/// |               | words, each with its own column, as interleaved memory gives them; with read_latency_cycles so |
+/// |               | many clocks later, though a read may follow in each clock                                      |
+/// | write         | with shared ports: stores words of write_data_i in a bank's open page, the bytes that the mask |
+/// |               | names. Registers at the pins delay them as much as a read's words, so the two never meet there |
+/// | precharge     | closes the bank's page                                                                         |
+/// | precharge all | closes every bank's page                                                                       |
+/// | refresh       | the same, and the memory is busy for refresh_cycles, the command's clock included              |
+///
+/// With precharge_cycles each bank needs so many clocks from a precharge to an activate, and activate_cycles from an
+/// activate to a read or write. A precharge may come in these clocks. Without precharge_cycles only the memory
+/// controller counts clocks.
 ///
 /// What takes no clock needs no command: without precharge_cycles an activate closes the page before, and without
-/// activate_cycles a read or write opens its page itself.
+/// activate_cycles a read or write opens its page itself, after the clocks of a precharge.
 ///
-/// Raises /metabuffer/frame_memory/page for a read or write of a page that is not open and for an activate in a bank
-/// that is not closed, /metabuffer/frame_memory/timing for an activate, read or write that comes too soon after the
-/// bank's precharge or activate, /metabuffer/frame_memory/ports for a write without shared ports,
-/// /metabuffer/frame_memory/refresh for a command while a refresh lasts, for a refresh that comes later than
-/// refresh_interval_cycles after the one before, and for one that it does not need, /metabuffer/frame_memory/address
-/// for a page of another bank and a word that the device does not have, and /metabuffer/frame_memory/width for more
-/// words than it has in a clock.
+/// | /metabuffer/frame_memory/... | is raised for                                                                  |
+/// | ---------------------------- | ------------------------------------------------------------------------------ |
+/// | page                         | a read or write of a page that is not open, an activate in a bank that is not  |
+/// |                              | closed                                                                         |
+/// | timing                       | an activate, read or write too soon after the bank's precharge or activate     |
+/// | ports                        | a write without shared ports                                                   |
+/// | refresh                      | a command in a refresh; a refresh that is overdue, or not needed               |
+/// | address                      | a page of another bank, a word that the device does not have                   |
+/// | width                        | more words than it has in a clock                                              |
 class FrameMemory final : public Block {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};              ///< core clock
