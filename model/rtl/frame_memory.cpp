@@ -203,9 +203,9 @@ void FrameMemory::check_words(const MemoryCommand& command) const {
 void FrameMemory::store(const MemoryCommand& command) {
     const std::uint64_t bits = bits_of(command.byte_mask);
     const MemoryData& data = write_data_i[0].read();
-    for (std::size_t place = 0; place < command.count; ++place) {
-        std::uint64_t& word = devices_[0].at(static_cast<std::size_t>(address_of(command, place)));
-        word = (word & ~bits) | (data.words[place] & bits);
+    for (std::size_t word = 0; word < command.count; ++word) {
+        std::uint64_t& stored = devices_[0].at(static_cast<std::size_t>(address_of(command, word)));
+        stored = (stored & ~bits) | (data.words[word] & bits);
     }
 }
 
