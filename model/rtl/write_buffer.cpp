@@ -38,13 +38,13 @@ void WriteBuffer::link_edge() {
 void WriteBuffer::take(const MemoryWrite& write) {
     const std::size_t filling = filling_ ? 1 : 0;
     Half& half = *halves_[filling];
-    const std::uint32_t place = write.address % block_words_;
-    half.words[place] = write.data;
-    if (place + 1 < block_words_ && write.address + 1 < image_words_) {
+    const std::uint32_t index = write.address % block_words_;
+    half.words[index] = write.data;
+    if (index + 1 < block_words_ && write.address + 1 < image_words_) {
         return;
     }
-    const std::int64_t first = write.address - place;
-    half.block = {static_cast<std::uint64_t>(write.device * device_words_ + first), place + 1,
+    const std::int64_t first = write.address - index;
+    half.block = {static_cast<std::uint64_t>(write.device * device_words_ + first), index + 1,
                   write.byte_mask};
     block_o[filling].write(half.block);
     half.full = !half.full;
