@@ -203,10 +203,10 @@ FrameSource read_frame(const Entry& entry, const std::filesystem::path& base, Nu
         if (!viewport.child("path").present()) {
             read_keys(viewport, viewport_rows(), kViewportPattern.size(), *source.frame.viewport);
         }
-        source.frame.table_line = viewport.place().line;
+        source.frame.table_line = viewport.location().line;
     } else {
         for (const Entry& row : table.items()) source.frame.table.push_back(read_row(row));
-        source.frame.table_line = table.place().line;
+        source.frame.table_line = table.location().line;
     }
     if (const Entry slots = entry.child("slots"); slots.present()) {
         source.frame.slots.emplace();
@@ -346,8 +346,8 @@ std::vector<Fault> read_faults(const Entry& entry, const std::vector<Renderer>& 
     return faults;
 }
 
-/// Where the scenario names the files of a frame.
-struct PlaceOfImage {
+/// The keys that name the files of a frame, as messages have them.
+struct ImageKeys {
     std::string image;
     std::string depth;
     ImageFiles files;
@@ -362,15 +362,15 @@ struct PlaceOfImage {
 
 const std::shared_ptr<const StoredImage>& image_of(const FrameSource& source, const Scenario& scenario,
                                                    ImageCache& cache) {
-    const PlaceOfImage place{source.entry.child("image").where(), source.entry.child("depth").where(),
-                             source.files};
+    const ImageKeys keys{source.entry.child("image").where(), source.entry.child("depth").where(),
+                         source.files};
     ImageReading reading = scenario.image_reading;
     if (source.files.depth_range) std::tie(reading.near, reading.far) = *source.files.depth_range;
     try {
         return cache.image_of({source.files, scenario.depth_format, reading},
-                              [place](const std::string& fault) { place.fail(fault); });
+                              [keys](const std::string& fault) { keys.fail(fault); });
     } catch (const InputError& error) {
-        place.fail(error.what());
+        keys.fail(error.what());
     }
 }
 
@@ -418,38 +418,38 @@ void read_images(Draft& draft, ImageCache& cache) {
 }
 
 /// What a rule names, as the file has it.
-struct PlaceInFile {
+struct KeyInFile {
     std::string path;
     std::optional<int> number{};  ///< of the frame, if the file has it in a range
 };
 
 /// A rule names renderers and frames by index: copies, and frames of a range, have their own indices.
-PlaceInFile place_in_file(const std::string& path, const Draft& draft) {
+KeyInFile key_in_file(const std::string& path, const Draft& draft) {
     const std::string renderers = "renderers[";
     if (path.rfind(renderers, 0) != 0) return {path};
     const std::size_t renderer = std::stoul(path.substr(renderers.size()));
     const auto source = std::prev(
         std::upper_bound(draft.sources.begin(), draft.sources.end(), renderer,
                          [](std::size_t index, const RendererSource& other) { return index < other.first; }));
-    PlaceInFile place{renderers + std::to_string(source - draft.sources.begin())};
+    KeyInFile key{renderers + std::to_string(source - draft.sources.begin())};
     const std::string rest = path.substr(path.find(']'));
     const std::string frames = "].frames[";
     if (rest.rfind(frames, 0) != 0) {
-        place.path += rest;
-        return place;
+        key.path += rest;
+        return key;
     }
     const FrameSource& frame = source->frames[std::stoul(rest.substr(frames.size()))];
-    place.path += frames + std::to_string(frame.index) + rest.substr(rest.find(']', 1));
-    place.number = frame.number;
-    return place;
+    key.path += frames + std::to_string(frame.index) + rest.substr(rest.find(']', 1));
+    key.number = frame.number;
+    return key;
 }
 
 /// Turns a broken rule into an error with the line of what broke it.
 void throw_if(const std::optional<RuleViolation>& violation, const Draft& draft, const Value& tree) {
     if (!violation.has_value()) return;
-    const PlaceInFile place = place_in_file(violation->path, draft);
-    const std::string frame = place.number ? " (frame " + std::to_string(*place.number) + ")" : "";
-    throw InputError(text::one_line(find_place(tree, place.path).describe() + ": " + place.path + frame +
+    const KeyInFile key = key_in_file(violation->path, draft);
+    const std::string frame = key.number ? " (frame " + std::to_string(*key.number) + ")" : "";
+    throw InputError(text::one_line(find_location(tree, key.path).describe() + ": " + key.path + frame +
                                     ": " + violation->message));
 }
 

@@ -17,9 +17,8 @@ namespace metabuffer {
 namespace {
 
 /// The names of a range of frames, or the name itself.
-std::vector<std::string> numbered_names(const std::string& name, const input::Value* range) {
-    const auto numbers =
-        range == nullptr ? std::optional<input::FrameNumbers>() : input::parse_frame_numbers(range->text);
+std::vector<std::string> numbered_names(const std::string& name, const std::string& range) {
+    const std::optional<input::FrameNumbers> numbers = input::parse_frame_numbers(range);
     if (!numbers || numbers->count() > limits::kNumberedFrames) return {name};
     std::vector<std::string> names;
     for (int number = numbers->first; number <= numbers->last; ++number) {
@@ -30,20 +29,13 @@ std::vector<std::string> numbered_names(const std::string& name, const input::Va
 
 using Files = std::set<std::filesystem::path>;
 
-/// The items of a list that is a member of a map; none if it is not there.
-const std::vector<input::Value>& items_of(const input::Value* map, const char* list) {
-    static const std::vector<input::Value> none;
-    const input::Value* const found = map == nullptr ? nullptr : map->find(list);
-    return found == nullptr ? none : found->items;
-}
-
-void add_images(const input::Value& tree, const std::filesystem::path& base, Files& files) {
-    for (const input::Value& renderer : items_of(&tree, "renderers")) {
-        for (const input::Value& frame : items_of(&renderer, "frames")) {
+void add_images(const input::Entry& root, const std::filesystem::path& base, Files& files) {
+    for (const input::Entry& renderer : root.child("renderers").items()) {
+        for (const input::Entry& frame : renderer.child("frames").items()) {
             for (const char* key : {"image", "depth"}) {
-                const input::Value* const name = frame.find(key);
-                if (name == nullptr || name->text.empty()) continue;
-                for (const std::string& numbered : numbered_names(name->text, frame.find("frames"))) {
+                const std::string name = frame.child(key).text();
+                if (name.empty()) continue;
+                for (const std::string& numbered : numbered_names(name, frame.child("frames").text())) {
                     files.insert(base / numbered);
                 }
             }
@@ -51,10 +43,10 @@ void add_images(const input::Value& tree, const std::filesystem::path& base, Fil
     }
 }
 
-void add_colour_tables(const input::Value& tree, const std::filesystem::path& base, Files& files) {
-    for (const input::Value& correction : items_of(tree.find("displays"), "correction")) {
-        const input::Value* const name = correction.find("lut");
-        if (name != nullptr && !name->text.empty()) files.insert(base / name->text);
+void add_colour_tables(const input::Entry& root, const std::filesystem::path& base, Files& files) {
+    for (const input::Entry& correction : root.at("displays.correction").items()) {
+        const std::string name = correction.child("lut").text();
+        if (!name.empty()) files.insert(base / name);
     }
 }
 
@@ -116,8 +108,9 @@ std::vector<std::filesystem::path> ScenarioTemplate::input_files(
     const std::vector<ScenarioOverride>& overrides) const {
     return content_->with(overrides, [this](const input::Value& tree) {
         Files files;
-        add_images(tree, content_->base, files);
-        add_colour_tables(tree, content_->base, files);
+        const input::Entry root(tree, scenario_schema());
+        add_images(root, content_->base, files);
+        add_colour_tables(root, content_->base, files);
         return std::vector<std::filesystem::path>(files.begin(), files.end());
     });
 }

@@ -22,8 +22,9 @@ constexpr int kDeepestNesting = 64;
 constexpr std::size_t kMostValues = 4'000'000;
 constexpr std::size_t kMostTextBytes = std::size_t{512} << 20U;
 
-[[noreturn]] void fail_at(const Place& place, const std::string& path, const std::string& message) {
-    throw InputError(text::located(place.describe(), text::located(path, message)));
+[[noreturn]] void fail_at(const SourceLocation& location, const std::string& path,
+                          const std::string& message) {
+    throw InputError(text::located(location.describe(), text::located(path, message)));
 }
 
 std::string item_path(const std::string& list_path, std::size_t index) {
@@ -36,36 +37,36 @@ class TreeBuilder {
     TreeBuilder(std::shared_ptr<const std::string> origin, bool has_lines)
         : origin_(std::move(origin)), has_lines_(has_lines) {}
 
-    Place place(const YAML::Mark& mark) const {
+    SourceLocation location(const YAML::Mark& mark) const {
         return {origin_, has_lines_ ? std::max(mark.line, 0) + 1 : 0};
     }
 
-    Value build(const YAML::Node& node, const Place& key_place, int depth) {
+    Value build(const YAML::Node& node, const SourceLocation& key_location, int depth) {
         if (depth > kDeepestNesting || ++values_ > kMostValues) {
-            fail_at(key_place, "", "is nested without end; use aliases only for what they do not contain");
+            fail_at(key_location, "", "is nested without end; use aliases only for what they do not contain");
         }
         if (node.IsScalar()) text_bytes_ += node.Scalar().size();
         if (text_bytes_ > kMostTextBytes) {
-            fail_at(key_place, "",
+            fail_at(key_location, "",
                     "has more than " + std::to_string(kMostTextBytes >> 20U) +
                         " MiB of text, aliases written out; use shorter texts");
         }
         Value value;
-        value.place = key_place;
+        value.location = key_location;
         switch (node.Type()) {
             case YAML::NodeType::Undefined:
             case YAML::NodeType::Null:
                 break;
             case YAML::NodeType::Scalar:
                 value.kind = ValueKind::kScalar;
-                value.place = place(node.Mark());
+                value.location = location(node.Mark());
                 value.text = node.Scalar();
                 value.quoted = node.Tag() == "!";
                 break;
             case YAML::NodeType::Sequence:
                 value.kind = ValueKind::kList;
                 for (const YAML::Node& item : node) {
-                    value.items.push_back(build(item, place(item.Mark()), depth + 1));
+                    value.items.push_back(build(item, location(item.Mark()), depth + 1));
                 }
                 break;
             case YAML::NodeType::Map:
@@ -82,26 +83,27 @@ class TreeBuilder {
         std::vector<Member> merged;
         for (const auto& member : node) {
             const YAML::Node& key = member.first;
-            const Place key_place = place(key.Mark());
-            if (!key.IsScalar()) fail_at(key_place, "", "a key is not plain text; use the name of a key");
+            const SourceLocation key_location = location(key.Mark());
+            if (!key.IsScalar()) fail_at(key_location, "", "a key is not plain text; use the name of a key");
             const std::string& name = key.Scalar();
             const bool merges = name == "<<" && key.Tag() != "!";
-            const auto [earlier, is_new] = lines.emplace(name, key_place.line);
+            const auto [earlier, is_new] = lines.emplace(name, key_location.line);
             if (!is_new) {
                 const std::string where =
                     has_lines_ ? " on line " + std::to_string(earlier->second) : std::string(" already");
-                fail_at(key_place, name, "is here twice, first" + where + "; use each key once in a map");
+                fail_at(key_location, name, "is here twice, first" + where + "; use each key once in a map");
             }
-            Value value = build(member.second, key_place, depth + 1);
+            Value value = build(member.second, key_location, depth + 1);
             if (merges) {
                 add_merged(merged, std::move(value));
             } else {
-                map.members.push_back({key_place, name, std::move(value)});
+                map.members.push_back({key_location, name, std::move(value)});
             }
         }
         // What the map has itself comes first, then what earlier maps have.
         for (Member& member : merged) {
-            if (lines.emplace(member.key, member.place.line).second) map.members.push_back(std::move(member));
+            if (lines.emplace(member.key, member.location.line).second)
+                map.members.push_back(std::move(member));
         }
     }
     /// Of a merge key, `<<`: members of the map, or of each map of the list.
@@ -114,7 +116,7 @@ class TreeBuilder {
     }
     static void add_map(std::vector<Member>& members, Value map) {
         if (map.kind != ValueKind::kMap) {
-            fail_at(map.place, "<<",
+            fail_at(map.location, "<<",
                     "is " + described(map) + "; use a map with an anchor, such as *frame, or a list of them");
         }
         std::move(map.members.begin(), map.members.end(), std::back_inserter(members));
@@ -204,8 +206,9 @@ std::optional<std::size_t> index_of(const std::string& word) {
     if (key.shape == KeyShape::kMap) {
         use += " with the keys " + text::joined(schema.keys_of(key.pattern), "and");
     }
-    if (path.empty() && value.kind == ValueKind::kNothing) fail_at(value.place, path, schema.empty_message());
-    fail_at(value.place, path, "is " + described(value) + "; use " + use);
+    if (path.empty() && value.kind == ValueKind::kNothing)
+        fail_at(value.location, path, schema.empty_message());
+    fail_at(value.location, path, "is " + described(value) + "; use " + use);
 }
 
 std::string unknown_key(const Schema& schema, const SchemaKey& map, const std::string& map_path,
@@ -227,7 +230,7 @@ void check_structure_of(const Schema& schema, const Value& value, const std::str
             for (const Member& member : value.members) {
                 const std::string member_path = key_pattern(path, member.key);
                 if (!is_free && !schema.is_key_of(pattern, member.key)) {
-                    fail_at(member.place, member_path, unknown_key(schema, key, path, member.key));
+                    fail_at(member.location, member_path, unknown_key(schema, key, path, member.key));
                 }
                 check_structure_of(schema, member.value,
                                    is_free ? pattern + "[]" : key_pattern(pattern, member.key), member_path);
@@ -244,74 +247,69 @@ void check_structure_of(const Schema& schema, const Value& value, const std::str
     }
 }
 
-constexpr const char* kNoKeyPath =
-    " is not a key path; use keys and indices with dots, like renderers.0.frames.1.viewport.x";
-
-/// Follows an override's path down the tree and makes the maps on the way.
-class OverrideWalk {
-  public:
-    OverrideWalk(Value& root, const Schema& schema, Place place)
-        : schema_(schema), current_(&root), place_(std::move(place)) {}
-
-    void step(const Step& step) {
-        const SchemaKey& key = *schema_.find(pattern_);
-        switch (key.shape) {
-            case KeyShape::kFreeMap:
-            case KeyShape::kAny:
-            case KeyShape::kScalar:
-                fail_at(place_, path_, "has nothing inside; use --set " + path_ + "=VALUE");
-            case KeyShape::kMap:
-                into_map(key, step);
-                break;
-            case KeyShape::kList:
-                into_list(key, step);
-                break;
-        }
+/// The value of a map's key, which is made if it is not there.
+Value& member_of(Value& map, const std::string& key, const SourceLocation& location) {
+    map.kind = ValueKind::kMap;
+    for (Member& member : map.members) {
+        if (member.key == key) return member.value;
     }
+    map.members.push_back({location, key, {}});
+    map.members.back().value.location = location;
+    return map.members.back().value;
+}
 
-    Value& target() { return *current_; }
+std::vector<Step> steps_of(const std::string& path, const SourceLocation& location) {
+    std::optional<std::vector<Step>> steps = split_path(path);
+    if (steps.has_value()) return *std::move(steps);
+    fail_at(location, "",
+            text::quoted(path) +
+                " is not a key path; use keys and indices with dots, like renderers.0.frames.1.viewport.x");
+}
 
-  private:
-    void into_map(const SchemaKey& map, const Step& step) {
-        if (step.bracketed || !schema_.is_key_of(pattern_, step.word)) {
-            fail_at(place_, key_pattern(path_, step.word), unknown_key(schema_, map, path_, step.word));
+/// Follows a key path down the schema. `value` is null, or for an override the root of its tree: it then becomes what
+/// the path names, and maps on the way are made. Errors begin with the location.
+KeyPath follow(const std::vector<Step>& steps, const Schema& schema, const SourceLocation& location,
+               Value*& value) {
+    KeyPath found;
+    for (const Step& step : steps) {
+        const SchemaKey& key = *schema.find(found.pattern);
+        const bool is_map = key.shape == KeyShape::kMap;
+        if (!is_map && key.shape != KeyShape::kList) {
+            const std::string use = value == nullptr ? found.path : "--set " + found.path + "=VALUE";
+            fail_at(location, found.path, "has nothing inside; use " + use);
         }
-        if (current_->kind == ValueKind::kNothing) current_->kind = ValueKind::kMap;
-        if (current_->kind != ValueKind::kMap) fail_shape(schema_, *current_, path_, map);
-        Value* member = current_->find(step.word);
-        if (member == nullptr) {
-            Value made;
-            made.place = place_;
-            current_->members.push_back({place_, step.word, made});
-            member = &current_->members.back().value;
+        if (is_map && (step.bracketed || !schema.is_key_of(found.pattern, step.word))) {
+            fail_at(location, key_pattern(found.path, step.word),
+                    unknown_key(schema, key, found.path, step.word));
         }
-        current_ = member;
-        pattern_ = key_pattern(pattern_, step.word);
-        path_ = key_pattern(path_, step.word);
-    }
-
-    void into_list(const SchemaKey& list, const Step& step) {
-        if (current_->kind != ValueKind::kList && current_->kind != ValueKind::kNothing) {
-            fail_shape(schema_, *current_, path_, list);
+        if (value != nullptr && value->kind != ValueKind::kNothing &&
+            value->kind != (is_map ? ValueKind::kMap : ValueKind::kList)) {
+            fail_shape(schema, *value, found.path, key);
         }
-        const std::size_t count = current_->items.size();
-        const std::string use = count == 0
-                                    ? path_ + " has no entries to override; use the whole list as the value"
-                                    : "use an index of " + path_ + ", 0 to " + std::to_string(count - 1);
+        if (is_map) {
+            if (value != nullptr) value = &member_of(*value, step.word, location);
+            found = {key_pattern(found.path, step.word), key_pattern(found.pattern, step.word)};
+            continue;
+        }
+        std::string use = "use an index of " + found.path + ", ";
+        if (value == nullptr) {
+            use += "from 0";
+        } else if (value->items.empty()) {
+            use = found.path + " has no entries to override; use the whole list as the value";
+        } else {
+            use += "0 to " + std::to_string(value->items.size() - 1);
+        }
         const std::optional<std::size_t> index = index_of(step.word);
-        if (!index.has_value()) fail_at(place_, path_, text::quoted(step.word) + " is not an index; " + use);
-        if (*index >= count) fail_at(place_, item_path(path_, *index), "is out of range; " + use);
-        current_ = &current_->items[*index];
-        pattern_ += "[]";
-        path_ = item_path(path_, *index);
+        if (!index.has_value()) {
+            fail_at(location, found.path, text::quoted(step.word) + " is not an index; " + use);
+        }
+        found = {item_path(found.path, *index), found.pattern + "[]"};
+        if (value == nullptr) continue;
+        if (*index >= value->items.size()) fail_at(location, found.path, "is out of range; " + use);
+        value = &value->items[*index];
     }
-
-    const Schema& schema_;
-    Value* current_;
-    Place place_;
-    std::string pattern_;
-    std::string path_;
-};
+    return found;
+}
 
 /// Whether the text is a sign and decimal digits and nothing else.
 bool looks_whole(const std::string& text) {
@@ -369,15 +367,11 @@ std::string scalar_text(const Value& value) {
 
 }  // namespace
 
-std::string Place::describe() const { return line > 0 ? *origin + ":" + std::to_string(line) : *origin; }
-
-const Value* Value::find(const std::string& key) const {
-    const auto found = std::find_if(members.begin(), members.end(),
-                                    [&key](const Member& member) { return member.key == key; });
-    return found == members.end() ? nullptr : &found->value;
+std::string SourceLocation::describe() const {
+    return line > 0 ? *origin + ":" + std::to_string(line) : *origin;
 }
 
-Value* Value::find(const std::string& key) {
+const Value* Value::find(const std::string& key) const {
     const auto found = std::find_if(members.begin(), members.end(),
                                     [&key](const Member& member) { return member.key == key; });
     return found == members.end() ? nullptr : &found->value;
@@ -439,69 +433,45 @@ std::string flow_text(const Value& value) {
 
 Value parse_yaml(const std::string& text, const std::shared_ptr<const std::string>& origin, bool has_lines) {
     TreeBuilder builder(origin, has_lines);
-    const Place start = builder.place(YAML::Mark());
+    const SourceLocation start = builder.location(YAML::Mark());
     try {
         if (const std::optional<YAML::Mark> second = second_document(text); second.has_value()) {
             fail_at(
-                builder.place(*second), "",
+                builder.location(*second), "",
                 "text goes on after the end of the YAML document; use one document, without '---' or a stray "
                 "',' between its parts");
         }
         return builder.build(YAML::Load(text), start, 0);
     } catch (const YAML::Exception& error) {
         fail_at(
-            builder.place(error.mark), "",
+            builder.location(error.mark), "",
             "not valid YAML: " + error.msg +
                 "; look for the indentation, colon, quotation mark or bracket that is wrong here or above");
     }
 }
 
 void apply_override(Value& root, const Schema& schema, const std::string& path, const std::string& value) {
-    const auto origin = std::make_shared<const std::string>(text::one_line("--set " + path + "=" + value));
-    const Place place{origin, 0};
-    const std::optional<std::vector<Step>> steps = split_path(path);
-    if (!steps.has_value()) fail_at(place, "", text::quoted(path) + kNoKeyPath);
-    Value parsed = parse_yaml(value, origin, false);
-    OverrideWalk walk(root, schema, place);
-    for (const Step& step : *steps) walk.step(step);
-    walk.target() = std::move(parsed);
+    const SourceLocation location{
+        std::make_shared<const std::string>(text::one_line("--set " + path + "=" + value)), 0};
+    const std::vector<Step> steps = steps_of(path, location);
+    Value parsed = parse_yaml(value, location.origin, false);
+    Value* target = &root;
+    follow(steps, schema, location, target);
+    *target = std::move(parsed);
 }
 
 KeyPath find_key_path(const Schema& schema, const std::string& path, const std::string& where) {
-    const auto fail = [&where](const std::string& message) {
-        throw InputError(text::located(where, message));
-    };
-    const std::optional<std::vector<Step>> steps = split_path(path);
-    if (!steps.has_value()) fail(text::quoted(path) + kNoKeyPath);
-    KeyPath found;
-    for (const Step& step : *steps) {
-        const SchemaKey& key = *schema.find(found.pattern);
-        if (key.shape == KeyShape::kMap) {
-            const std::string inner = key_pattern(found.path, step.word);
-            if (step.bracketed || !schema.is_key_of(found.pattern, step.word)) {
-                fail(inner + ": " + unknown_key(schema, key, found.path, step.word));
-            }
-            found = {inner, key_pattern(found.pattern, step.word)};
-        } else if (key.shape == KeyShape::kList) {
-            const std::optional<std::size_t> index = index_of(step.word);
-            if (!index.has_value()) {
-                fail(found.path + ": " + text::quoted(step.word) + " is not an index; use an index of " +
-                     found.path + ", from 0");
-            }
-            found = {item_path(found.path, *index), found.pattern + "[]"};
-        } else {
-            fail(found.path + ": has nothing inside; use " + found.path);
-        }
-    }
-    return found;
+    const SourceLocation location{std::make_shared<const std::string>(where), 0};
+    Value* none = nullptr;
+    return follow(steps_of(path, location), schema, location, none);
 }
 
 void check_structure(const Value& root, const Schema& schema) { check_structure_of(schema, root, "", ""); }
 
-Place find_place(const Value& root, const std::string& path) {
+SourceLocation find_location(const Value& root, const std::string& path) {
     const Value* value = &root;
     const std::optional<std::vector<Step>> steps = split_path(path);
-    if (!steps.has_value()) return root.place;
+    if (!steps.has_value()) return root.location;
     for (const Step& step : *steps) {
         const Value* inner = nullptr;
         if (!step.bracketed) {
@@ -513,7 +483,7 @@ Place find_place(const Value& root, const std::string& path) {
         if (inner == nullptr) break;
         value = inner;
     }
-    return value->place;
+    return value->location;
 }
 
 Entry Entry::child(const std::string& key) const {
@@ -521,7 +491,7 @@ Entry Entry::child(const std::string& key) const {
     if (schema_->find(pattern) == nullptr) throw std::logic_error("no such key: " + pattern);
     const Value* value = value_ == nullptr ? nullptr : value_->find(key);
     return {schema_, value, key_pattern(path_, key), std::move(pattern),
-            value == nullptr ? place_ : value->place};
+            value == nullptr ? location_ : value->location};
 }
 
 Entry Entry::at(std::string_view path) const {
@@ -534,12 +504,12 @@ std::vector<Entry> Entry::items() const {
     std::vector<Entry> entries;
     if (value_ == nullptr) return entries;
     if (value_->kind == ValueKind::kScalar && schema_->find(pattern_)->may_be_one) {
-        return {Entry(schema_, value_, path_, pattern_ + "[]", place_)};
+        return {Entry(schema_, value_, path_, pattern_ + "[]", location_)};
     }
     entries.reserve(value_->items.size());
     for (std::size_t i = 0; i < value_->items.size(); ++i) {
         const Value& item = value_->items[i];
-        entries.push_back(Entry(schema_, &item, item_path(path_, i), pattern_ + "[]", item.place));
+        entries.push_back(Entry(schema_, &item, item_path(path_, i), pattern_ + "[]", item.location));
     }
     return entries;
 }
@@ -550,16 +520,16 @@ std::vector<std::pair<std::string, Entry>> Entry::members() const {
     entries.reserve(value_->members.size());
     for (const Member& member : value_->members) {
         entries.emplace_back(member.key, Entry(schema_, &member.value, key_pattern(path_, member.key),
-                                               pattern_ + "[]", member.place));
+                                               pattern_ + "[]", member.location));
     }
     return entries;
 }
 
 std::string Entry::where() const {
-    return text::one_line(place_.describe() + (path_.empty() ? "" : ": " + path_));
+    return text::one_line(location_.describe() + (path_.empty() ? "" : ": " + path_));
 }
 
-void Entry::fail(const std::string& message) const { fail_at(place_, path_, message); }
+void Entry::fail(const std::string& message) const { fail_at(location_, path_, message); }
 
 const std::string& Entry::scalar(const std::string& use) const {
     if (value_ == nullptr) fail("is missing; use " + use);

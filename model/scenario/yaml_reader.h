@@ -12,11 +12,11 @@
 #include "scenario/names.h"
 #include "scenario/schema.h"
 
-/// YAML as a tree in which every value has its place in the file, and typed reading of it by a schema.
+/// YAML as a tree in which every value says where the file has it, and typed reading of it by a schema.
 namespace metabuffer::input {
 
 /// Where a value comes from: a line of a file, or an override.
-struct Place {
+struct SourceLocation {
     std::shared_ptr<const std::string> origin;
     int line = 0;  ///< from 1; 0 for an override
 
@@ -29,7 +29,7 @@ struct Member;
 
 /// One value, aliases written out.
 struct Value {
-    Place place;  ///< of a scalar its own, otherwise its key's
+    SourceLocation location;  ///< of a scalar its own, otherwise its key's
     ValueKind kind = ValueKind::kNothing;
     std::string text;     ///< scalar
     bool quoted = false;  ///< scalar
@@ -37,11 +37,10 @@ struct Value {
     std::vector<Member> members;
 
     const Value* find(const std::string& key) const;
-    Value* find(const std::string& key);
 };
 
 struct Member {
-    Place place;
+    SourceLocation location;
     std::string key;
     Value value;
 };
@@ -76,18 +75,18 @@ KeyPath find_key_path(const Schema& schema, const std::string& path, const std::
 /// it should be something else.
 void check_structure(const Value& root, const Schema& schema);
 
-/// The place of what the path names ("renderers[0].frames[1].table"), or of the innermost value around it that the tree
-/// has.
-Place find_place(const Value& root, const std::string& path);
+/// Where the tree has what the path names ("renderers[0].frames[1].table"), or the innermost value around it.
+SourceLocation find_location(const Value& root, const std::string& path);
 
-/// A place of a file while it is read: the value there, if any, and the key path for messages.
+/// A key or a list entry of a file while it is read: the value there, if any, and the key path for messages.
 class Entry {
   public:
     /// Both must outlive the entry.
-    Entry(const Value& root, const Schema& schema) : schema_(&schema), value_(&root), place_(root.place) {}
+    Entry(const Value& root, const Schema& schema)
+        : schema_(&schema), value_(&root), location_(root.location) {}
 
     bool present() const { return value_ != nullptr; }
-    const Place& place() const { return place_; }
+    const SourceLocation& location() const { return location_; }
     const std::string& path() const { return path_; }
 
     /// The entry at a path of keys below it: "bus.width_bits".
@@ -115,6 +114,8 @@ class Entry {
     /// A scalar whose line breaks become spaces, not empty.
     std::string line() const;
     bool boolean() const;
+    /// A scalar as it is, empty if there is none.
+    std::string text() const { return value_ == nullptr ? std::string() : value_->text; }
     /// Whatever it is, in flow style; fails if there is nothing.
     std::string flow() const;
     template <typename Enum>
@@ -125,12 +126,13 @@ class Entry {
     std::string choice(const std::vector<std::string>& allowed, const std::string& what) const;
 
   private:
-    Entry(const Schema* schema, const Value* value, std::string path, std::string pattern, Place place)
+    Entry(const Schema* schema, const Value* value, std::string path, std::string pattern,
+          SourceLocation location)
         : schema_(schema),
           value_(value),
           path_(std::move(path)),
           pattern_(std::move(pattern)),
-          place_(std::move(place)) {}
+          location_(std::move(location)) {}
 
     /// The scalar's text; fails if there is none. `use` is what would be right.
     const std::string& scalar(const std::string& use) const;
@@ -141,7 +143,7 @@ class Entry {
     const Value* value_;
     std::string path_;
     std::string pattern_;
-    Place place_;
+    SourceLocation location_;
 };
 
 }  // namespace metabuffer::input
