@@ -68,11 +68,7 @@ SegmentWalker RasterWalker::at_start() const {
 }
 
 void RasterWalker::drive_ahead() {
-    const RasterStep step = running_ ? ahead_->step() : at_start().step();
-    if (!(step == driven_ahead_)) {
-        driven_ahead_ = step;
-        ahead_o.write(step);
-    }
+    ahead_o.write(running_ ? ahead_->step() : at_start().step());
 }
 
 void RasterWalker::drive_use() {

@@ -65,7 +65,6 @@ class RasterWalker final : public Block {
     Register<SegmentWalker> ahead_;  ///< the one after it
     Register<bool> uses_{registers_, "uses"};
     Register<PixelUse> use_;
-    RasterStep driven_ahead_;  ///< combinational: at ahead_o
     Clocked clocked_{*this, clk_i, reset_i, registers_, &RasterWalker::clock_edge, &RasterWalker::reset};
 };
 

@@ -206,7 +206,7 @@ class Register final : public AnyRegister {
 template <typename Value>
 void drive_output(Register<Value>& output, sc_core::sc_out<Value>& port, const Value& value) {
     if (!(value == output.value())) {
-        output = value;
+        output.change() = value;
         port.write(value);
     }
 }

@@ -35,8 +35,10 @@ class Wire final : public sc_core::sc_signal<Value>, public WakingWire {
 
     const Value& read() const override { return this->m_cur_val; }
     void write(const Value& value) override {
-        if (!written_ && value == this->m_cur_val) return;
+        const bool changes = !(value == this->m_cur_val);
+        if (!changes && !written_) return;
         this->m_new_val = value;
+        changes_ = changes;
         if (!written_) this->request_update();
         written_ = true;
     }
@@ -44,7 +46,7 @@ class Wire final : public sc_core::sc_signal<Value>, public WakingWire {
   protected:
     void update() override {
         written_ = false;
-        if (this->m_new_val == this->m_cur_val) return;
+        if (!changes_) return;
         if (has_events()) {
             this->do_update();
         } else {
@@ -62,6 +64,7 @@ class Wire final : public sc_core::sc_signal<Value>, public WakingWire {
     }
 
     bool written_ = false;  ///< in this delta cycle
+    bool changes_ = false;  ///< by what was written last
 };
 
 }  // namespace metabuffer::rtl
