@@ -1,8 +1,32 @@
 #include "rtl/gated_clock.h"
 
+#include <sysc/kernel/sc_spawn.h>
+
 #include "rtl/clocked.h"
 
 namespace metabuffer::rtl {
+
+void RisingClock::start_of_simulation() {
+    sc_core::sc_spawn_options options;
+    options.spawn_method();
+    options.dont_initialize();
+    options.set_sensitivity(&m_next_posedge_event);
+    sc_core::sc_spawn([this] { tick(); }, sc_core::sc_gen_unique_name("tick"), &options);
+    posedge_event();  // from now on there is one
+    m_next_posedge_event.notify(sc_core::SC_ZERO_TIME);
+}
+
+void RisingClock::tick() {
+    falls_ = falls_ || m_change_event_p != nullptr || m_negedge_event_p != nullptr;
+    if (!falls_) {
+        m_posedge_event_p->notify(sc_core::SC_ZERO_TIME);
+        m_next_posedge_event.notify(period());
+        return;
+    }
+    m_new_val = !m_cur_val;
+    request_update();
+    m_next_posedge_event.notify(m_new_val ? m_negedge_time : m_posedge_time);
+}
 
 GatedClock::GatedClock(const sc_core::sc_module_name& name) : sc_core::sc_module(name) {
     SC_METHOD(clock_edge);

@@ -8,6 +8,21 @@ namespace metabuffer::rtl {
 
 class Clocked;
 
+/// An sc_clock that rises at time 0. It falls only if somebody waits for that or sees it in a waveform: each edge takes time.
+class RisingClock final : public sc_core::sc_clock {
+  public:
+    RisingClock(const char* name, const sc_core::sc_time& period) : sc_core::sc_clock(name, period) {}
+    /// It falls from its next rise on.
+    void show_falls() { falls_ = true; }
+
+  private:
+    void before_end_of_elaboration() override {}
+    void start_of_simulation() override;
+    void tick();
+
+    bool falls_ = false;
+};
+
 /// Whether a machine's blocks are on gated clocks. kOff is for the test that shows that gating changes nothing.
 enum class ClockGating : std::uint8_t { kOn, kOff };
 

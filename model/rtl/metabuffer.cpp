@@ -465,6 +465,7 @@ int Metabuffer::matching_blocks(const std::vector<std::string>& patterns) const 
 }
 
 void Metabuffer::trace_blocks(sc_core::sc_trace_file* file, const std::vector<std::string>& patterns) const {
+    for (Clock* const clock : {core_clk_.get(), dvi_in_clk_, dvi_out_clk_}) clock->clk.show_falls();
     sc_core::sc_trace(file, core_clk_->clk, path("core_clk"));
     sc_core::sc_trace(file, dvi_in_clk_->clk, path("dvi_in_clk"));
     sc_core::sc_trace(file, dvi_out_clk_->clk, path("dvi_out_clk"));

@@ -154,7 +154,7 @@ class Metabuffer final : public Block {
     /// A clock, and the gated one that the blocks have.
     struct Clock {
         Clock(const char* name, std::int64_t period_picoseconds, ClockGating gating);
-        sc_core::sc_clock clk;
+        RisingClock clk;
         std::unique_ptr<GatedClock> gated;  ///< null without gating
         const sc_core::sc_signal_in_if<bool>& of_blocks() const;
     };
