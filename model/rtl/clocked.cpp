@@ -15,11 +15,11 @@ namespace {
 
 /// A method process that is called by an event, and not at the start.
 template <typename Method>
-void spawn(const Method& method, const sc_core::sc_event& event) {
+void spawn(const Method& method, const std::vector<const sc_core::sc_event*>& events) {
     sc_core::sc_spawn_options options;
     options.spawn_method();
     options.dont_initialize();
-    options.set_sensitivity(&event);
+    for (const sc_core::sc_event* const event : events) options.set_sensitivity(event);
     sc_core::sc_spawn(method, sc_core::sc_gen_unique_name("method"), &options);
 }
 
@@ -39,12 +39,13 @@ void Clocked::end_of_elaboration() {
     static const bool kNever = false;
     in_reset_ = reset_i_ == nullptr ? &kNever : &(*reset_i_)->read();
     clock_ = dynamic_cast<GatedClock*>(clk_i_.get_interface());
+    find_combinational_inputs();
     if (clock_ == nullptr) {
-        spawn([this] { call_always(); }, clk_i_->posedge_event());
+        spawn([this] { call_always(); }, {&clk_i_->posedge_event()});
         return;
     }
     find_inputs();
-    if (has_event_inputs_) spawn([this] { sleep_or_wake(); }, falls_asleep_);
+    if (has_event_inputs_) spawn([this] { sleep_or_wake(); }, {&falls_asleep_});
     clock_->add(*this);
 }
 
@@ -70,6 +71,32 @@ void Clocked::find_inputs() {
     }
 }
 
+void Clocked::find_combinational_inputs() {
+    if (outputs_ == nullptr) return;
+    std::vector<const sc_core::sc_event*> events;
+    if (clock_ == nullptr) events.push_back(&registers_.changed_event());
+    for (sc_core::sc_port_base* const port : outputs_read_) {
+        auto* const wire = dynamic_cast<WakingWire*>(port->get_interface());
+        if (clock_ != nullptr && wire != nullptr) {
+            wire->add_follower(*this);
+        } else {
+            events.push_back(&port->get_interface()->default_event());
+        }
+    }
+    if (!events.empty()) spawn([this] { evaluate(); }, events);
+}
+
+void Clocked::settle() {
+    if (settles_) return;
+    settles_ = true;
+    clock_->settle(*this);
+}
+
+void Clocked::evaluate() {
+    settles_ = false;
+    (module_.*outputs_)();
+}
+
 void Clocked::call_always() {
     previous_picoseconds_ = edge_picoseconds_;
     edge_picoseconds_ = now_picoseconds();
@@ -82,6 +109,7 @@ bool Clocked::call() {
     woken_ = false;
     (module_.*(*in_reset_ ? reset_ : edge_))();
     const bool changed = registers_.end_edge();
+    if (changed && outputs_ != nullptr) settle();
     if (changed && !may_sleep_) {
         idle_edges_ = 0;
         return true;
@@ -126,6 +154,11 @@ std::int64_t Clocked::edges_asleep() const { return asleep_ || woken_ ? clock_->
 
 std::int64_t Clocked::previous_edge_picoseconds() const {
     return clock_ == nullptr ? previous_picoseconds_ : now_picoseconds() - clock_->period_picoseconds();
+}
+
+void WakingWire::note_change() {
+    for (Clocked* const follower : followers_) follower->settle();
+    while (!sleepers_.empty()) sleepers_.back()->wake();
 }
 
 void WakingWire::remove_sleeper(Clocked& sleeper) {

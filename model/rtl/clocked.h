@@ -24,6 +24,8 @@ class WakingWire;
 /// Behaviour is the same as on any other clock, where it is called at every edge. What is neither a register nor a memory
 /// that the same inputs leave as it is has to be noted by stay_awake() in each edge at which it changes.
 ///
+/// What of the module is combinational is evaluated by a second method, see evaluates().
+///
 /// Reset is synchronous and active high. A reset that changes at the very time of an edge is seen at the next one; it
 /// lasts two edges at least.
 class Clocked final : public sc_core::sc_module {
@@ -47,6 +49,13 @@ class Clocked final : public sc_core::sc_module {
 
     /// In a module with several clocks: the inputs that this method reads, if others shall not wake it.
     void reads(std::initializer_list<const sc_core::sc_port_base*> inputs) { reads_ = inputs; }
+    /// What is combinational in the module. It is called in the next delta cycle after an edge at which a register has
+    /// changed, or a change of one of these inputs.
+    template <typename Module>
+    void evaluates(void (Module::*outputs)(), std::initializer_list<sc_core::sc_port_base*> inputs) {
+        outputs_ = static_cast<Method>(outputs);
+        outputs_read_ = inputs;
+    }
     /// Something besides registers changes at this edge.
     void stay_awake() { registers_.note_change(); }
     /// Though registers change at this edge, later ones need not be executed: slept_edges() is enough to make up for them.
@@ -60,6 +69,8 @@ class Clocked final : public sc_core::sc_module {
 
     /// It sleeps, and an input of the module has changed.
     void wake();
+    /// An input of what is combinational has changed, or a register.
+    void settle();
 
   private:
     friend class GatedClock;
@@ -69,6 +80,8 @@ class Clocked final : public sc_core::sc_module {
 
     void end_of_elaboration() override;
     void find_inputs();
+    void find_combinational_inputs();
+    void evaluate();
     /// An edge. False: the method sleeps from now on.
     bool call();
     void call_always();
@@ -82,13 +95,15 @@ class Clocked final : public sc_core::sc_module {
     const bool* in_reset_ = nullptr;
     Method edge_ = nullptr;
     Method reset_ = nullptr;
+    Method outputs_ = nullptr;  ///< null: nothing is combinational
     std::int64_t slept_edges_ = 0;
     int idle_edges_ = 0;
     bool asleep_ = false;
     bool woken_ = false;  ///< since the last edge
     bool may_sleep_ = false;
-    bool arming_ = false;  ///< sleep_or_wake() is called to wait for event_inputs_
-    bool armed_ = false;   ///< it waits
+    bool settles_ = false;  ///< its clock calls evaluate() in the next delta cycle
+    bool arming_ = false;   ///< sleep_or_wake() is called to wait for event_inputs_
+    bool armed_ = false;    ///< it waits
     bool has_event_inputs_ = false;
     std::int64_t last_edge_ = -1;  ///< number of the last one before a sleep
 
@@ -97,8 +112,9 @@ class Clocked final : public sc_core::sc_module {
     const sc_core::sc_in<bool>* reset_i_ = nullptr;
     GatedClock* clock_ = nullptr;                      ///< null: it never sleeps
     std::vector<const sc_core::sc_port_base*> reads_;  ///< none: all inputs
-    std::vector<WakingWire*> wires_;                   ///< inputs
-    sc_core::sc_event_or_list event_inputs_;           ///< inputs that are no wires
+    std::vector<sc_core::sc_port_base*> outputs_read_;
+    std::vector<WakingWire*> wires_;          ///< inputs
+    sc_core::sc_event_or_list event_inputs_;  ///< inputs that are no wires
     sc_core::sc_event falls_asleep_;
     std::int64_t edge_picoseconds_ = 0;      ///< without a GatedClock: of the last edge
     std::int64_t previous_picoseconds_ = 0;  ///< and of the one before

@@ -32,6 +32,9 @@ GatedClock::GatedClock(const sc_core::sc_module_name& name) : sc_core::sc_module
     SC_METHOD(clock_edge);
     sensitive << clk_i.pos();
     dont_initialize();
+    SC_METHOD(evaluate);
+    sensitive << settles_;
+    dont_initialize();
 }
 
 void GatedClock::end_of_elaboration() {
@@ -53,6 +56,17 @@ void GatedClock::wake(Clocked& method) {
     if (stands_still_) {
         start_again_.notify(sc_core::SC_ZERO_TIME);
     }
+}
+
+void GatedClock::settle(Clocked& method) {
+    if (settling_.empty()) settles_.notify(sc_core::SC_ZERO_TIME);
+    settling_.push_back(&method);
+}
+
+/// One process for all, since starting one takes as long as what a small block does.
+void GatedClock::evaluate() {
+    for (Clocked* const method : settling_) method->evaluate();
+    settling_.clear();
 }
 
 void GatedClock::clock_edge() {

@@ -65,13 +65,18 @@ class GatedClock final : public sc_core::sc_module, public sc_core::sc_signal_in
     void add(Clocked& method);
     /// Calls the method at each edge from the next one on, until it sleeps.
     void wake(Clocked& method);
+    /// Evaluates what of its module is combinational, in the next delta cycle.
+    void settle(Clocked& method);
+    void evaluate();
 
     std::int64_t period_picoseconds_ = 1;
     std::size_t methods_ = 0;
     std::vector<Clocked*> awake_;
+    std::vector<Clocked*> settling_;
     bool stands_still_ = false;
     mutable bool has_listeners_ = false;
     sc_core::sc_event start_again_{"start_again"};
+    sc_core::sc_event settles_{"settles"};
     sc_core::sc_event posedge_{"posedge"};
 };
 

@@ -19,9 +19,7 @@ MergeStage::MergeStage(const sc_core::sc_module_name& name, const Scenario& scen
       position_(registers_, "position", pixel_bits_),
       window_(registers_, second_row != nullptr ? 2 : 1, buffer_addresses(scenario.composer.buffer_pixels),
               pixel_bits_, pins()) {
-    SC_METHOD(drive);
-    sensitive << ahead_i << progress_i << running_i << registers_.changed_event();
-    dont_initialize();
+    clocked_.evaluates(&MergeStage::drive, {&ahead_i, &progress_i, &running_i});
 }
 
 void MergeStage::reset() {

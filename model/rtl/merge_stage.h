@@ -59,7 +59,6 @@ class MergeStage final : public Block {
 
     /// record: the composer's, to which the raster's pixels are reported.
     MergeStage(const sc_core::sc_module_name& name, const Scenario& scenario, ComposerRecord& record);
-    SC_HAS_PROCESS(MergeStage);
 
     void trace(sc_core::sc_trace_file* file) const override;
     std::string waiting_for() const override;

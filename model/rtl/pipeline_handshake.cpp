@@ -4,9 +4,7 @@ namespace metabuffer::rtl {
 
 PipelineHandshake::PipelineHandshake(const sc_core::sc_module_name& name, bool may_stall)
     : Block(name), may_stall_(may_stall) {
-    SC_METHOD(drive);
-    sensitive << startframe_i << fetched_i << running_i << registers_.changed_event();
-    dont_initialize();
+    clocked_.evaluates(&PipelineHandshake::drive, {&startframe_i, &fetched_i, &running_i});
 }
 
 void PipelineHandshake::reset() {

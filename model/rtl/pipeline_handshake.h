@@ -34,7 +34,6 @@ class PipelineHandshake final : public Block {
 
     /// may_stall: the machine is in `stall` mode.
     PipelineHandshake(const sc_core::sc_module_name& name, bool may_stall);
-    SC_HAS_PROCESS(PipelineHandshake);
 
     void trace(sc_core::sc_trace_file* file) const override;
 

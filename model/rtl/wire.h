@@ -14,20 +14,23 @@ class WakingWire {
     /// The method sleeps: a change wakes it.
     void add_sleeper(Clocked& sleeper) { sleepers_.push_back(&sleeper); }
     void remove_sleeper(Clocked& sleeper);
+    /// At each change what is combinational in its module is evaluated.
+    void add_follower(Clocked& follower) { followers_.push_back(&follower); }
 
   protected:
     WakingWire() = default;
     ~WakingWire() = default;
-    void wake_sleepers() {
-        while (!sleepers_.empty()) sleepers_.back()->wake();
-    }
+    bool is_heard() const { return !sleepers_.empty() || !followers_.empty(); }
+    void note_change();
 
   private:
     std::vector<Clocked*> sleepers_;
+    std::vector<Clocked*> followers_;
 };
 
-/// A signal between two blocks of a machine. It wakes clocked methods that sleep without an event, which would take time at
-/// every change though nobody waits for it. One port may drive it, as any sc_signal; that is checked at elaboration.
+/// A signal between two blocks of a machine. It wakes clocked methods that sleep, and has what is combinational evaluated,
+/// without an event, which would take time at every change. One port may drive it, as any sc_signal; that is checked at
+/// elaboration.
 template <typename Value>
 class Wire final : public sc_core::sc_signal<Value>, public WakingWire {
   public:
@@ -52,7 +55,7 @@ class Wire final : public sc_core::sc_signal<Value>, public WakingWire {
         } else {
             this->m_cur_val = this->m_new_val;
         }
-        wake_sleepers();
+        if (is_heard()) note_change();
     }
 
   private:
