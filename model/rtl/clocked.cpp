@@ -104,22 +104,9 @@ void Clocked::call_always() {
     registers_.end_edge();
 }
 
-bool Clocked::call() {
-    slept_edges_ = woken_ ? clock_->edge() - last_edge_ - 1 : 0;
+void Clocked::end_sleep() {
+    slept_edges_ = clock_->edge() - last_edge_ - 1;
     woken_ = false;
-    (module_.*(*in_reset_ ? reset_ : edge_))();
-    const bool changed = registers_.end_edge();
-    if (changed && outputs_ != nullptr) settle();
-    if (changed && !may_sleep_) {
-        idle_edges_ = 0;
-        return true;
-    }
-    may_sleep_ = false;
-    if (++idle_edges_ < kIdleEdges) {
-        return true;
-    }
-    fall_asleep();
-    return false;
 }
 
 void Clocked::fall_asleep() {

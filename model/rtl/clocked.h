@@ -83,7 +83,23 @@ class Clocked final : public sc_core::sc_module {
     void find_combinational_inputs();
     void evaluate();
     /// An edge. False: the method sleeps from now on.
-    bool call();
+    bool call() {
+        if (woken_) end_sleep();
+        (module_.*(*in_reset_ ? reset_ : edge_))();
+        slept_edges_ = 0;
+        if (registers_.end_edge()) {
+            if (outputs_ != nullptr) settle();
+            if (!may_sleep_) {
+                idle_edges_ = 0;
+                return true;
+            }
+        }
+        may_sleep_ = false;
+        if (++idle_edges_ < kIdleEdges) return true;
+        fall_asleep();
+        return false;
+    }
+    void end_sleep();
     void call_always();
     void fall_asleep();
     /// Begins or ends a sleep by the events of inputs that are no Wires.
