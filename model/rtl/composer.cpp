@@ -11,12 +11,14 @@ Composer::Composer(const sc_core::sc_module_name& name, const Scenario& scenario
       wires_(scenario.composer.window_rows()),
       beat_receiver_("beat_receiver", scenario, display, *this),
       fifo_("fifo", scenario.composer.buffer_pixels, scenario.composer.window_rows()),
-      raster_walker_("raster_walker", scenario, *this),
-      merge_stage_("merge_stage", scenario, *this),
-      pipeline_handshake_("pipeline_handshake", scenario.composer.may_stall()) {
+      raster_walker_("raster_walker", scenario),
+      merge_stage_("merge_stage", scenario),
+      pipeline_handshake_("pipeline_handshake", scenario.composer.may_stall()),
+      raster_recorder_("raster_recorder", scenario, *this) {
     bind_bus_side();
     bind_fifo();
     bind_pipeline_side();
+    bind_recorder();
 }
 
 void Composer::bind_bus_side() {
@@ -82,6 +84,7 @@ void Composer::bind_pipeline_side() {
     merge_stage_.running_i(wires_.running);
     merge_stage_.ahead_i(wires_.ahead);
     merge_stage_.progress_i(wires_.progress);
+    merge_stage_.missing_o(wires_.missing);
     pipeline_handshake_.clk_i(clk_i);
     pipeline_handshake_.reset_i(reset_i);
     pipeline_handshake_.pipemaster_i(pipemaster_i);
@@ -93,6 +96,17 @@ void Composer::bind_pipeline_side() {
     pipeline_handshake_.fetched_i(wires_.fetched);
     pipeline_handshake_.running_i(wires_.running);
     pipeline_handshake_.start_o(wires_.start);
+}
+
+void Composer::bind_recorder() {
+    raster_recorder_.clk_i(clk_i);
+    raster_recorder_.reset_i(reset_i);
+    raster_recorder_.column_stall_i(column_stall_i);
+    raster_recorder_.start_i(wires_.start);
+    raster_recorder_.running_i(wires_.running);
+    raster_recorder_.ahead_i(wires_.ahead);
+    raster_recorder_.progress_i(wires_.progress);
+    raster_recorder_.missing_i(wires_.missing);
 }
 
 void Composer::trace(sc_core::sc_trace_file* file) const {
@@ -116,7 +130,9 @@ void Composer::trace(sc_core::sc_trace_file* file) const {
 
 std::string Composer::waiting_for() const {
     if (wires_.running.read()) {
-        return merge_stage_.waiting_for();
+        return stall_o.read() ? waits::for_segment_pixel(merge_stage_.newest_pixel(), frame(),
+                                                         raster_recorder_.x(), raster_recorder_.y())
+                              : waits::for_column();
     }
     if (std::string frame = beat_receiver_.waiting_for(); !frame.empty()) {
         return frame;

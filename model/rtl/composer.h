@@ -10,6 +10,7 @@
 #include "rtl/composer_wires.h"
 #include "rtl/merge_stage.h"
 #include "rtl/pipeline_handshake.h"
+#include "rtl/raster_recorder.h"
 #include "rtl/raster_walker.h"
 #include "rtl/signals.h"
 
@@ -56,6 +57,7 @@ class Composer final : public Block, public ComposerRecord {
     void bind_bus_side();
     void bind_fifo();
     void bind_pipeline_side();
+    void bind_recorder();
 
     int pixels_per_beat_;
 
@@ -65,6 +67,7 @@ class Composer final : public Block, public ComposerRecord {
     RasterWalker raster_walker_;
     MergeStage merge_stage_;
     PipelineHandshake pipeline_handshake_;
+    RasterRecorder raster_recorder_;
 };
 
 }  // namespace metabuffer::rtl

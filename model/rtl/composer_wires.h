@@ -23,6 +23,8 @@ struct ComposerWires {
     Wire<RasterStep> ahead{"ahead"};
     Wire<bool> uses{"uses"};
     Wire<PixelUse> use{"use"};
+    // merge_stage to what records
+    Wire<bool> missing{"missing"};
     // pipeline_handshake to the others
     Wire<bool> start{"start"};
 };

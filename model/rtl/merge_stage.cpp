@@ -1,21 +1,17 @@
 #include "rtl/merge_stage.h"
 
 #include "datapath/composer_buffer.h"
-#include "report/waits.h"
 
 namespace metabuffer::rtl {
 
-MergeStage::MergeStage(const sc_core::sc_module_name& name, const Scenario& scenario, ComposerRecord& record)
+MergeStage::MergeStage(const sc_core::sc_module_name& name, const Scenario& scenario)
     : Block(name),
       second_row(scenario.composer.window_rows() > 1 ? std::make_unique<SecondRowPins>() : nullptr),
       composition_(scenario.composition),
       may_stall_(scenario.composer.may_stall()),
       far_z_(far_z(scenario.depth_format)),
       background_{scenario.background_pixel(), true, false},
-      raster_width_(scenario.displays.raster_width_pixels()),
       pixel_bits_(segment_pixel_bits(scenario)),
-      core_period_picoseconds_(clock_period_picoseconds(scenario.clocks.core_mhz)),
-      record_(record),
       position_(registers_, "position", pixel_bits_),
       window_(registers_, second_row != nullptr ? 2 : 1, buffer_addresses(scenario.composer.buffer_pixels),
               pixel_bits_, pins()) {
@@ -26,7 +22,6 @@ void MergeStage::reset() {
     registers_.reset();
     pipemaster_ = pipemaster_i.read();
     pipe_o.write(PipePixel{});
-    composited_ = 0;
 }
 
 PixelWindow::Pins MergeStage::pins() const {
@@ -43,15 +38,10 @@ void MergeStage::clock_edge() {
     const bool moves = !may_stall_ || !column_stall_i.read();
     const RasterStep& ahead = ahead_i.read();
     bool frame_ends = false;
-    if (!moves) {
-        if (stall_o.read()) {
-            ++record_.mutable_counters().stalled_cycles;
-            clocked_.stay_awake();
-        }
-    } else if (running_i.read()) {
+    if (moves && running_i.read()) {
         composite();
         frame_ends = position_->last;
-    } else if (pipe_o.read().valid) {
+    } else if (moves && pipe_o.read().valid) {
         starved_ = false;
         pipe_o.write(PipePixel{});
     }
@@ -82,30 +72,8 @@ void MergeStage::composite() {
                                 : blend(window_.pixels(position_, progress), position_->weight_x,
                                         position_->weight_y, composition_, far_z_);
         out.pixel = compose(composition_, local, upstream.pixel);
-        record_.mutable_counters().replayed_pixels += position_->replayed ? 1 : 0;
     }
     pipe_o.write(out);
-    record_pixel();
-}
-
-void MergeStage::record_pixel() {
-    clocked_.stay_awake();
-    if (composited_ > 0 && !starved_ && !position_->last) {
-        ++composited_;
-        return;
-    }
-    const std::int64_t cycle = clock_edge_number(core_period_picoseconds_);
-    if (composited_ == 0) {
-        record_.first_pixel_composited(cycle);
-    }
-    if (starved_) {
-        record_.count_glitch({record_.frame(), x(), y()}, cycle);
-    }
-    ++composited_;
-    if (position_->last) {
-        record_.last_pixel_composited(cycle);
-        composited_ = 0;
-    }
 }
 
 void MergeStage::drive() {
@@ -116,22 +84,13 @@ void MergeStage::drive() {
     if (second_row != nullptr) {
         second_row->row_read_o.write(window_.read(1));
     }
+    const bool starves = running_i.read() && missing();
+    missing_o.write(starves);
     if (may_stall_) {
-        const bool stall = running_i.read() && missing();
-        stall_o.write(stall);
-        if (stall) {
-            record_.note_starved(clock_edge_number(core_period_picoseconds_));
-        }
+        stall_o.write(starves);
     }
 }
 
 void MergeStage::trace(sc_core::sc_trace_file* file) const { registers_.trace(file, path("")); }
-
-std::string MergeStage::waiting_for() const {
-    if (!stall_o.read()) {
-        return waits::for_column();
-    }
-    return waits::for_segment_pixel(position_->newest(), record_.frame(), x(), y());
-}
 
 }  // namespace metabuffer::rtl

@@ -2,11 +2,9 @@
 
 #include <cstdint>
 #include <memory>
-#include <string>
 #include <systemc>
 
 #include "datapath/composition.h"
-#include "report/composer_record.h"
 #include "rtl/block.h"
 #include "rtl/composer_signals.h"
 #include "rtl/pixel_window.h"
@@ -24,10 +22,10 @@ namespace metabuffer::rtl {
 ///   PIPEMASTER makes the upstream pixel itself (background, A = 0, far).
 /// - a pixel that has come at an edge can be composited at the next one (PixelWindow).
 /// - read_o is combinational, from ahead_i, progress_i and registers.
-/// - starvation: the segment pixel of a covered raster pixel, or one that is mixed with it, is not there. `glitch`: the
-///   upstream pixel passes and is counted. `stall`: STALL, which is combinational from running_i, progress_i and registers, is high ahead of the
-///   edge at which the pixel is missing; while COLUMNSTALL is high no register of the pipeline changes. In `glitch` mode
-///   COLUMNSTALL is not read.
+/// - starvation: the segment pixel of a covered raster pixel, or one that is mixed with it, is not there.
+///   missing_o, which is combinational from running_i, progress_i and registers, is high ahead of the edge at which it is
+///   missing. `glitch`: the upstream pixel passes. `stall`: STALL is high as well; while COLUMNSTALL is high no register of
+///   the pipeline changes. In `glitch` mode COLUMNSTALL is not read.
 /// - from the clock on in which progress_i says that the frame is abandoned, every raster pixel passes as it comes from
 ///   upstream, marked `lost`, and nothing is waited for.
 class MergeStage final : public Block {
@@ -44,6 +42,7 @@ class MergeStage final : public Block {
     sc_core::sc_in<bool> running_i{"running_i"};
     sc_core::sc_in<RasterStep> ahead_i{"ahead_i"};  ///< of the edge after next
     sc_core::sc_in<SegmentProgress> progress_i{"progress_i"};
+    sc_core::sc_out<bool> missing_o{"missing_o"};
     // The FIFO.
     sc_core::sc_in<FifoWrite> write_i{"write_i"};  ///< what it is about to store
     sc_core::sc_out<FifoRead> read_o{"read_o"};
@@ -57,21 +56,17 @@ class MergeStage final : public Block {
     };
     std::unique_ptr<SecondRowPins> second_row;  ///< null in a composer that replicates
 
-    /// record: the composer's, to which the raster's pixels are reported.
-    MergeStage(const sc_core::sc_module_name& name, const Scenario& scenario, ComposerRecord& record);
+    MergeStage(const sc_core::sc_module_name& name, const Scenario& scenario);
 
     void trace(sc_core::sc_trace_file* file) const override;
-    std::string waiting_for() const override;
+    /// The newest pixel that the position composited next needs; only where the segment shows there.
+    std::int64_t newest_pixel() const { return position_->newest(); }
 
   private:
     void clock_edge();
     void reset();
     bool missing() const;
     void composite();
-    void record_pixel();
-    // Of the position composited next, for the report.
-    int x() const { return static_cast<int>(composited_ % raster_width_); }
-    int y() const { return static_cast<int>(composited_ / raster_width_); }
     void drive();
     PixelWindow::Pins pins() const;
 
@@ -79,12 +74,7 @@ class MergeStage final : public Block {
     bool may_stall_;
     std::uint32_t far_z_;
     PipePixel background_;
-    int raster_width_;
     int pixel_bits_;
-    std::int64_t core_period_picoseconds_;
-
-    ComposerRecord& record_;
-    std::int64_t composited_ = 0;  ///< raster pixels of the frame, for the report
 
     RegisterSet registers_;
     Register<bool> pipemaster_{registers_, "pipemaster"};  ///< the strap, read while reset is high

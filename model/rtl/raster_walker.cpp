@@ -2,16 +2,13 @@
 
 namespace metabuffer::rtl {
 
-RasterWalker::RasterWalker(const sc_core::sc_module_name& name, const Scenario& scenario,
-                           ComposerRecord& record)
+RasterWalker::RasterWalker(const sc_core::sc_module_name& name, const Scenario& scenario)
     : Block(name),
       raster_width_(scenario.displays.raster_width_pixels()),
       raster_height_(scenario.displays.raster_height_pixels()),
       may_stall_(scenario.composer.may_stall()),
       smooths_(scenario.composer.smoothing == Smoothing::kBilinear),
       pixel_bits_(segment_pixel_bits(scenario)),
-      core_period_picoseconds_(clock_period_picoseconds(scenario.clocks.core_mhz)),
-      record_(record),
       frame_(registers_, "frame", 1 + bits_for(scenario.frames), -1),
       walker_(registers_, "", 1, SegmentWalker(Segment{}, false, raster_width_, raster_height_)),
       ahead_(registers_, "ahead", 1, walker_.value()),
@@ -59,7 +56,6 @@ void RasterWalker::start_frame() {
     ahead_ = walker_;
     ahead_.change().advance();
     ++frame_;
-    record_.frame_started(clock_edge_number(core_period_picoseconds_));
 }
 
 SegmentWalker RasterWalker::at_start() const {
@@ -67,9 +63,7 @@ SegmentWalker RasterWalker::at_start() const {
     return {head.segment, head.shown, raster_width_, raster_height_};
 }
 
-void RasterWalker::drive_ahead() {
-    ahead_o.write(running_ ? ahead_->step() : at_start().step());
-}
+void RasterWalker::drive_ahead() { ahead_o.write(running_ ? ahead_->step() : at_start().step()); }
 
 void RasterWalker::drive_use() {
     PixelUse use;

@@ -4,7 +4,6 @@
 #include <systemc>
 
 #include "datapath/composer_buffer.h"
-#include "report/composer_record.h"
 #include "rtl/block.h"
 #include "rtl/composer_signals.h"
 #include "rtl/register.h"
@@ -33,8 +32,7 @@ class RasterWalker final : public Block {
     sc_core::sc_out<bool> uses_o{"uses_o"};  ///< there is something at use_o
     sc_core::sc_out<PixelUse> use_o{"use_o"};
 
-    /// record: the composer's, to which each frame's start is reported.
-    RasterWalker(const sc_core::sc_module_name& name, const Scenario& scenario, ComposerRecord& record);
+    RasterWalker(const sc_core::sc_module_name& name, const Scenario& scenario);
     SC_HAS_PROCESS(RasterWalker);
 
     void trace(sc_core::sc_trace_file* file) const override;
@@ -53,9 +51,6 @@ class RasterWalker final : public Block {
     bool may_stall_;
     bool smooths_;
     int pixel_bits_;
-    std::int64_t core_period_picoseconds_;
-
-    ComposerRecord& record_;
 
     RegisterSet registers_;
     Register<bool> running_{registers_, "running"};
