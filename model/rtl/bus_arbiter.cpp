@@ -23,15 +23,14 @@ BusArbiter::BusArbiter(const sc_core::sc_module_name& name, const BusConfig& bus
       bus_(bus),
       policy_(make_policy(bus.arbitration)),
       build_wait_(registers_, "build_wait", bits_for(most_slots(lines))) {
-    SC_METHOD(answer);
-    sensitive << registers_.changed_event();
+    std::vector<sc_core::sc_port_base*> inputs;
     for (std::size_t line = 0; line < pending_i.size(); ++line) {
-        sensitive << pending_i[line] << ready_i[line];
+        inputs.insert(inputs.end(), {&pending_i[line], &ready_i[line]});
     }
     for (auto& deadline : deadline_i) {
-        sensitive << deadline;
+        inputs.push_back(&deadline);
     }
-    dont_initialize();
+    clocked_.evaluates(&BusArbiter::answer, inputs);
 }
 
 void BusArbiter::reset() {

@@ -50,7 +50,6 @@ class BusArbiter final : public Block {
 
     /// lines: number of displays.
     BusArbiter(const sc_core::sc_module_name& name, const BusConfig& bus, int lines);
-    SC_HAS_PROCESS(BusArbiter);
 
     void trace(sc_core::sc_trace_file* file) const override;
 

@@ -72,12 +72,11 @@ BusPort::BusPort(const sc_core::sc_module_name& name, const Scenario& scenario, 
         uncounted_.push_back(
             std::make_unique<Countdown>(registers_, numbered("uncounted", line), 1 + loop_cycles_));
     }
-    SC_METHOD(drive_requests);
-    sensitive << grant_valid_i << lost_i << registers_.changed_event();
+    std::vector<sc_core::sc_port_base*> inputs{&grant_valid_i, &lost_i};
     for (std::size_t line = 0; line < busready_i.size(); ++line) {
-        sensitive << busready_i[line] << grant_i[line];
+        inputs.insert(inputs.end(), {&busready_i[line], &grant_i[line]});
     }
-    dont_initialize();
+    clocked_.evaluates(&BusPort::drive_requests, inputs);
 }
 
 void BusPort::reset() {

@@ -80,7 +80,6 @@ class BusPort final : public Block {
     /// The scenario must outlive the module. on_start is called at each frame's start; bus counts what the bus does.
     BusPort(const sc_core::sc_module_name& name, const Scenario& scenario, const Renderer& renderer,
             std::function<void(bool fresh)> on_start, BusCounters& bus);
-    SC_HAS_PROCESS(BusPort);
 
     void trace(sc_core::sc_trace_file* file) const override;
     std::string waiting_for() const override;

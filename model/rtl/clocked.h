@@ -52,7 +52,7 @@ class Clocked final : public sc_core::sc_module {
     /// What is combinational in the module. It is called in the next delta cycle after an edge at which a register has
     /// changed, or a change of one of these inputs.
     template <typename Module>
-    void evaluates(void (Module::*outputs)(), std::initializer_list<sc_core::sc_port_base*> inputs) {
+    void evaluates(void (Module::*outputs)(), const std::vector<sc_core::sc_port_base*>& inputs) {
         outputs_ = static_cast<Method>(outputs);
         outputs_read_ = inputs;
     }

@@ -38,9 +38,7 @@ MemoryController::MemoryController(const sc_core::sc_module_name& name, const Me
     if (config.shared()) {
         writes_ = std::make_unique<Writes>(registers_, config);
     }
-    SC_METHOD(answer);
-    sensitive << request_i << registers_.changed_event();
-    dont_initialize();
+    clocked_.evaluates(&MemoryController::answer, {&request_i});
 }
 
 void MemoryController::reset() {

@@ -55,7 +55,6 @@ class MemoryController final : public Block {
     /// image_words: pixels of one image.
     MemoryController(const sc_core::sc_module_name& name, const MemoryConfig& config,
                      std::int64_t image_words);
-    SC_HAS_PROCESS(MemoryController);
 
     void trace(sc_core::sc_trace_file* file) const override;
 

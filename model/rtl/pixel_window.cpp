@@ -42,9 +42,9 @@ PixelWindow::Row PixelWindow::row_of(std::size_t row, const RasterStep& step) co
 /// The word of a pixel, if a register, the FIFO's output or the beat on its way into the FIFO has it.
 std::optional<std::uint64_t> PixelWindow::at_hand(std::size_t row, std::size_t column, std::int64_t pixel,
                                                   const SegmentProgress& progress) const {
-    const Tap& place = tap(row, column);
-    if (place.bypass_pixel == pixel) return place.bypass_word.value();
-    if (place.word_pixel == pixel) return pins_.words[row][column]->read();
+    const Tap& of = tap(row, column);
+    if (of.bypass_pixel == pixel) return of.bypass_word.value();
+    if (of.word_pixel == pixel) return pins_.words[row][column]->read();
     const FifoWrite& write = pins_.write.read();
     if (write.count > 0 && progress.has_arrived(pixel)) {
         const int address = buffer_address(progress.base_address, pixel, addresses_);
@@ -83,21 +83,21 @@ void PixelWindow::clock_edge(const Steps& steps, const SegmentProgress& progress
         const bool reads = reads_[row].enable;
         const Row read = reads ? row_of(row, steps.ahead) : Row{};
         for (std::size_t column = 0; column < lines_; ++column) {
-            Tap& place = tap(row, column);
-            std::int64_t word_pixel = place.word_pixel;
+            Tap& of = tap(row, column);
+            std::int64_t word_pixel = of.word_pixel;
             if (reads) {
                 // Two consecutive words leave the port, whether both are wanted or not.
                 word_pixel = read[0] + static_cast<std::int64_t>(column);
                 if (!progress.has_arrived(word_pixel)) word_pixel = kNone;
             }
             const std::int64_t wanted = next[column];
-            if (wanted != kNone && wanted != word_pixel && place.bypass_pixel != wanted) {
+            if (wanted != kNone && wanted != word_pixel && of.bypass_pixel != wanted) {
                 if (const auto word = at_hand(row, column, wanted, progress)) {
-                    place.bypass_pixel = wanted;
-                    place.bypass_word = *word;
+                    of.bypass_pixel = wanted;
+                    of.bypass_word = *word;
                 }
             }
-            place.word_pixel = word_pixel;
+            of.word_pixel = word_pixel;
         }
     }
 }
