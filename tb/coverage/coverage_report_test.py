@@ -29,7 +29,7 @@ class CoverageReport(unittest.TestCase):
                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, check=False)
 
     def test_threshold_decides(self):
-        self.assertEqual(self.report(0.1).returncode, DONE)
+        self.assertEqual(self.report(0.01).returncode, DONE)
         below = self.report(50)
         self.assertEqual(below.returncode, BELOW)
         self.assertIn("HOLE", below.stdout)

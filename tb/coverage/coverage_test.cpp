@@ -14,6 +14,7 @@
 #include "cover_group.h"
 #include "coverage_file.h"
 #include "coverage_report.h"
+#include "key_coverage.h"
 #include "support/scratch_directory.h"
 
 using namespace metabuffer::coverage;
@@ -107,6 +108,36 @@ TEST_CASE("coverage: every enumerator is a goal, by its name") {
     REQUIRE(modes.size() == metabuffer::EnumNames<metabuffer::StarvationMode>::kTable.size());
     CHECK(modes[0].first == metabuffer::StarvationMode::kGlitch);
     CHECK(modes[0].second == "in glitch mode");
+}
+
+TEST_CASE(
+    "coverage: a scenario hits one value of each key and one pair of two keys; a fault hits its own keys") {
+    Coverage coverage;
+    const KeyGoals goals(coverage);
+    CHECK_FALSE(coverage.has_goal("scenario/values: depth_bits channel"));
+    metabuffer::Scenario scenario;
+    scenario.memory.banks = 4;
+    scenario.bus.arbitration = metabuffer::Arbitration::kEdf;
+    goals.cover(scenario);
+    metabuffer::Fault fault;
+    fault.kind = metabuffer::FaultKind::kTmdsSlip;
+    fault.channel = metabuffer::TmdsChannel::kRed;
+    goals.cover(fault);
+    const std::map<std::string, std::int64_t> counts = record_of("x", coverage).counts;
+    for (const char* hit :
+         {"scenario/values: memory.banks 4", "scenario/values: memory.read_latency_cycles 0",
+          "scenario/pairs: memory.banks 4, bus.arbitration edf", "scenario/values: faults[].kind tmds_slip",
+          "scenario/values: faults[].channel red"}) {
+        INFO(hit);
+        CHECK(counts.count(hit) == 1);
+    }
+    for (const char* missed :
+         {"scenario/values: memory.banks 2", "scenario/pairs: memory.banks 4, bus.arbitration irsa",
+          "scenario/values: faults[].of pixels"}) {
+        INFO(missed);
+        CHECK(coverage.has_goal(missed));
+        CHECK(counts.count(missed) == 0);
+    }
 }
 
 TEST_CASE("coverage: records of a process add up in its file") {

@@ -58,9 +58,9 @@ class RunCoverage {
         : goals_(goals), scenario_(scenario), report_(report) {}
 
     void sample() {
+        goals_.keys.cover(scenario_);
         cover_shape();
         cover_correction();
-        cover_modes();
         cover_clocks();
         cover_memory();
         cover_buffers();
@@ -108,8 +108,6 @@ class RunCoverage {
         goals_.frames.raster_of_one_pixel.hit_if(raster_pixels == 1);
         goals_.frames.shorter_than_column.hit_if(raster_pixels < static_cast<int>(renderers));
         goals_.frames.frames(scenario_.frames).hit();
-        goals_.supersample.factor(displays.supersample).hit();
-        goals_.supersample.averaged(scenario_.composition).hit_if(displays.supersample > 1);
     }
 
     void cover_correction() {
@@ -133,12 +131,6 @@ class RunCoverage {
         }
     }
 
-    void cover_modes() {
-        goals_.modes.starvation(scenario_.pacing, scenario_.composer.on_starvation).hit();
-        goals_.modes.composition(scenario_.composition, scenario_.depth_format).hit();
-        goals_.modes.arbitration(scenario_.pacing, scenario_.bus.arbitration).hit();
-    }
-
     void cover_clocks() {
         const ClockGoals& goals = goals_.clocks;
         const std::int64_t core = clock_period_picoseconds(scenario_.clocks.core_mhz);
@@ -156,7 +148,6 @@ class RunCoverage {
     void cover_memory() {
         const MemoryConfig& memory = scenario_.memory;
         const BusConfig& bus = scenario_.bus;
-        goals_.words.words(memory.words_per_cycle).hit();
         const PageSizeGoals& page = goals_.page;
         page.miss_cycles(memory.page_miss_cycles).hit();
         page.one_word.hit_if(memory.page_words == 1);
@@ -175,8 +166,6 @@ class RunCoverage {
         beat.bus_equals_memory.hit_if(bus_pixels >= 1 && bus_pixels == memory.words_per_cycle);
         beat.memory_limits.hit_if(bus_pixels > memory.words_per_cycle);
         cover_ports();
-        goals_.delay.latency(memory.read_latency_cycles).hit();
-        goals_.delay.stages(bus.register_stages).hit();
         goals_.delay.both.hit_if(memory.read_latency_cycles > 0 && bus.register_stages > 0);
         goals_.delay.beats_of_several_clocks.hit_if(bus_loop_cycles(bus, memory) > 0 &&
                                                     cycles_per_beat(bus) > 1);
@@ -184,7 +173,6 @@ class RunCoverage {
 
     void cover_links() {
         const LinkLayerGoals& goals = goals_.links;
-        goals.layer(scenario_.links.layer).hit();
         if (!scenario_.links.tmds()) return;
         const ClockConfig& clocks = scenario_.clocks;
         goals.tmds_free_running.hit_if(!lockstep());
@@ -205,7 +193,6 @@ class RunCoverage {
         const MemoryConfig& memory = scenario_.memory;
         if (!memory.shared()) return;
         const MemoryPortGoals& goals = goals_.ports;
-        goals.banks(memory.banks).hit();
         goals.refreshed.hit_if(memory.refreshes());
         goals.read_latency.hit_if(memory.read_latency_cycles > 0);
         goals.block_of_one_clock.hit_if(memory.write_cycles(memory.write_block_words) == 1);
@@ -410,8 +397,7 @@ class RunCoverage {
             if (!struck(fault)) continue;
             ++faults;
             renderers.insert(fault.renderer);
-            goals_.fault_kind.kind(fault.kind).hit();
-            if (fault.kind == FaultKind::kLostBeat) goals_.lost_beat.of(fault.of).hit();
+            goals_.keys.cover(fault);
             goals.pacing(scenario_.pacing).hit();
             goals.starvation(scenario_.composer.on_starvation).hit();
             if (!is_on_link(fault.kind)) continue;

@@ -3,10 +3,9 @@
 #include <cstdint>
 
 #include "cover_group.h"
+#include "key_coverage.h"
 #include "report/report.h"
-#include "scenario/limits.h"
 #include "scenario/scenario.h"
-#include "scenario/scenario_keys.h"
 #include "segment_coverage.h"
 #include "shared_groups.h"
 
@@ -44,12 +43,6 @@ struct FrameGoals : CoverGroup {
     Bin shorter_than_column = bin("frame shorter than the column");
 };
 
-struct SupersampleGoals : CoverGroup {
-    explicit SupersampleGoals(Coverage& coverage) : CoverGroup(coverage, groups::kSupersample) {}
-    Cross<int> factor{*this, numbers(scenario_schema().find("displays.supersample")->rule.only)};
-    Cross<Composition> averaged{*this, every<Composition>("with ")};
-};
-
 struct CorrectionGoals : CoverGroup {
     explicit CorrectionGoals(Coverage& coverage)
         : CoverGroup(coverage, {"display/correction", "colours that output framebuffers correct"}) {}
@@ -61,13 +54,6 @@ struct CorrectionGoals : CoverGroup {
     Bin some_displays = bin("displays beside others without a table");
     Bin averaged = bin("behind averaging");
     Bin kept_frame = bin("a frame is kept off a corrected display");
-};
-
-struct ModeGoals : CoverGroup {
-    explicit ModeGoals(Coverage& coverage) : CoverGroup(coverage, {"machine/modes", "modes that meet"}) {}
-    Cross<Pacing, StarvationMode> starvation{*this, every<Pacing>(), every<StarvationMode>()};
-    Cross<Composition, DepthFormat> composition{*this, every<Composition>(), every<DepthFormat>()};
-    Cross<Pacing, Arbitration> arbitration{*this, every<Pacing>(), every<Arbitration>()};
 };
 
 /// A pixel clock compared with the core clock.
@@ -86,18 +72,11 @@ struct ClockGoals : CoverGroup {
     Bin shared_clock = bin("DVI in and out share a clock");
 };
 
-struct MemoryWordGoals : CoverGroup {
-    explicit MemoryWordGoals(Coverage& coverage)
-        : CoverGroup(coverage, {"memory/words", "words that the memory reads in a clock"}) {}
-    Cross<int> words{*this, numbers(limits::kWordsPerCycle.low, limits::kWordsPerCycle.high)};
-};
-
 struct MemoryPortGoals : CoverGroup {
     explicit MemoryPortGoals(Coverage& coverage)
         : CoverGroup(coverage, {"memory/ports", "a memory whose data pins link and bus share"}) {}
     Bin bursts_wait = bin("bursts wait for the link's words");
     Bin no_burst_waits = bin("no burst waits for them");
-    Cross<int> banks{*this, numbers(limits::kMemoryBanks, " banks")};
     Bin refreshed = bin("refreshed");
     Bin read_latency = bin("with read latency");
     Bin short_last_block = bin("the image's last block is shorter");
@@ -109,10 +88,6 @@ struct MemoryPortGoals : CoverGroup {
 struct BusDelayGoals : CoverGroup {
     explicit BusDelayGoals(Coverage& coverage)
         : CoverGroup(coverage, {"bus/delay", "clocks of the memory's reads and of registers on the bus"}) {}
-    Cross<int> latency{*this, numbers(limits::kReadLatencyCycles.low, limits::kReadLatencyCycles.high,
-                                      " clocks of latency")};
-    Cross<int> stages{
-        *this, numbers(limits::kRegisterStages.low, limits::kRegisterStages.high, " stages of registers")};
     Bin both = bin("both");
     Bin beats_of_several_clocks = bin("with beats of several clocks");
 };
@@ -120,7 +95,6 @@ struct BusDelayGoals : CoverGroup {
 struct LinkLayerGoals : CoverGroup {
     explicit LinkLayerGoals(Coverage& coverage)
         : CoverGroup(coverage, {"link/layer", "links of pixels and of characters"}) {}
-    Cross<LinkLayer> layer{*this, every<LinkLayer>("layer ")};
     Bin tmds_free_running = bin("tmds, free-running");
     Bin tmds_own_clocks = bin("tmds, three clocks that differ");
     Bin tmds_rejected = bin("tmds, a frame rejected");
@@ -226,19 +200,6 @@ struct RejectedFrameGoals : CoverGroup {
     Cross<Pacing> pacing{*this, in_pacing()};
 };
 
-struct FaultKindGoals : CoverGroup {
-    explicit FaultKindGoals(Coverage& coverage)
-        : CoverGroup(coverage,
-                     {"faults/kind", "faults injected, in a run that came to its end or to the watchdog"}) {}
-    Cross<FaultKind> kind{*this, every<FaultKind>()};
-};
-
-struct LostBeatGoals : CoverGroup {
-    explicit LostBeatGoals(Coverage& coverage)
-        : CoverGroup(coverage, {"faults/lost-beat", "beats lost on the way to a composer"}) {}
-    Cross<LostBeats> of{*this, every<LostBeats>()};
-};
-
 struct FaultPlaceGoals : CoverGroup {
     explicit FaultPlaceGoals(Coverage& coverage)
         : CoverGroup(coverage, {"faults/place", "where faults strike"}) {}
@@ -267,15 +228,13 @@ struct OverlapGoals : CoverGroup {
 /// Goals of a run, by its scenario and its report.
 struct RunGoals : GoalSet {
     using GoalSet::GoalSet;
+    KeyGoals keys{coverage};
     TableGoals tables{coverage};
     SlotTableGoals slot_tables{coverage};
     ShapeGoals shape{coverage};
     FrameGoals frames{coverage};
-    SupersampleGoals supersample{coverage};
     CorrectionGoals correction{coverage};
-    ModeGoals modes{coverage};
     ClockGoals clocks{coverage};
-    MemoryWordGoals words{coverage};
     PageSizeGoals page{coverage};
     BeatLimitGoals beat{coverage};
     MemoryPortGoals ports{coverage};
@@ -287,8 +246,6 @@ struct RunGoals : GoalSet {
     WatchdogGoals watchdog{coverage};
     PacingGoals pacing{coverage};
     RejectedFrameGoals rejected{coverage};
-    FaultKindGoals fault_kind{coverage};
-    LostBeatGoals lost_beat{coverage};
     FaultPlaceGoals fault_place{coverage};
     OverlapGoals overlap{coverage};
 };
