@@ -11,21 +11,20 @@ void RisingClock::start_of_simulation() {
     options.spawn_method();
     options.dont_initialize();
     options.set_sensitivity(&m_next_posedge_event);
+    options.set_sensitivity(&m_next_negedge_event);
     sc_core::sc_spawn([this] { tick(); }, sc_core::sc_gen_unique_name("tick"), &options);
-    posedge_event();  // from now on there is one
     m_next_posedge_event.notify(sc_core::SC_ZERO_TIME);
 }
 
 void RisingClock::tick() {
-    falls_ = falls_ || m_change_event_p != nullptr || m_negedge_event_p != nullptr;
-    if (!falls_) {
-        m_posedge_event_p->notify(sc_core::SC_ZERO_TIME);
-        m_next_posedge_event.notify(period());
-        return;
-    }
-    m_new_val = !m_cur_val;
+    const bool falls = m_next_negedge_event.triggered();
+    m_cur_val = falls;  // without a fall in between it is low all the same when it rises again
+    m_new_val = !falls;
     request_update();
-    m_next_posedge_event.notify(m_new_val ? m_negedge_time : m_posedge_time);
+    if (falls) return;
+    m_next_posedge_event.notify(period());
+    falls_ = falls_ || m_change_event_p != nullptr || m_negedge_event_p != nullptr;
+    if (falls_) m_next_negedge_event.notify(m_negedge_time);
 }
 
 GatedClock::GatedClock(const sc_core::sc_module_name& name) : sc_core::sc_module(name) {

@@ -1,5 +1,7 @@
 #include "rtl/clocked.h"
 
+#include <sysc/kernel/sc_spawn.h>
+
 #include <array>
 #include <catch2/catch.hpp>
 #include <memory>
@@ -153,6 +155,28 @@ TEST_CASE("gated clock: in lockstep with its reference it stands still only whil
     const Reference adders(bench);
     bench.clocks_to_pause = 30;
     bench.run(10'000, {{"the clock stood still", 500}});
+}
+
+TEST_CASE("rising clock: it falls from the next rise on that comes after somebody waits for a fall") {
+    rtl::RisingClock clock("clock", sc_core::sc_time(10.0, sc_core::SC_NS));
+    std::vector<double> rises, falls;
+    const auto note = [&](std::vector<double>& at, const sc_core::sc_event& edge) {
+        sc_core::sc_spawn_options options;
+        options.spawn_method();
+        options.dont_initialize();
+        options.set_sensitivity(&edge);
+        const auto add = [&clock, &rises, &at] {
+            at.push_back(sc_core::sc_time_stamp() / sc_core::sc_time(1.0, sc_core::SC_NS));
+            CHECK(clock.posedge() == (&at == &rises));
+        };
+        sc_core::sc_spawn(add, sc_core::sc_gen_unique_name("note"), &options);
+    };
+    note(rises, clock.posedge_event());
+    sc_core::sc_start(22.0, sc_core::SC_NS);
+    note(falls, clock.negedge_event());
+    sc_core::sc_start(25.0, sc_core::SC_NS);
+    CHECK(rises == std::vector<double>{0.0, 10.0, 20.0, 30.0, 40.0});
+    CHECK(falls == std::vector<double>{35.0, 45.0});
 }
 
 }  // namespace
