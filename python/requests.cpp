@@ -71,11 +71,11 @@ class PictureFile {
         for (const std::uint32_t colour : picture.values) {
             for (const int shift : {16, 8, 0}) packed_.push_back(static_cast<char>(colour >> shift & 0xFFU));
         }
-        const std::int64_t place = std::int64_t{display - 1} * frames_ + frame;
+        const std::int64_t index = std::int64_t{display - 1} * frames_ + frame;
         std::size_t written = 0;
         while (written < packed_.size()) {
             const ssize_t count = pwrite(descriptor_, packed_.data() + written, packed_.size() - written,
-                                         place * bytes_ + static_cast<std::int64_t>(written));
+                                         index * bytes_ + static_cast<std::int64_t>(written));
             if (count < 0 && errno == EINTR) continue;
             if (count <= 0) fail();
             written += static_cast<std::size_t>(count);

@@ -211,7 +211,7 @@ void BusMonitor::enter_row(const ViewportRow& row, std::int64_t edge) {
         violate("bus/row", edge, subject + ", which has one");
         pixels_left_ -= entry.pixels - entry.sent;
     }
-    const SegmentPlaces positions(row, raster_width_, raster_height_, smoothing_);
+    const SegmentPositions positions(row, raster_width_, raster_height_, smoothing_);
     const std::int64_t window_rows = smoothing_ == Smoothing::kBilinear ? 2 : 1;
     const std::int64_t window = row.dmultiple > 1 ? window_rows * row.sdx : 0;
     if (!positions.legal() || row.sx + row.sdx > image_width_ || row.sy + row.sdy > image_height_) {

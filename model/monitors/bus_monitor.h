@@ -10,7 +10,7 @@
 #include "monitors/bus_timing.h"
 #include "monitors/delay_line.h"
 #include "monitors/rule_reporter.h"
-#include "monitors/segment_places.h"
+#include "monitors/segment_positions.h"
 #include "monitors/violation.h"
 #include "rtl/block.h"
 #include "rtl/signals.h"

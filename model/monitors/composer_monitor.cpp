@@ -91,13 +91,13 @@ void ComposerMonitor::observe(const ComposerInputs& inputs, std::int64_t cycle) 
                          composer_ + "STARTFRAME while its PIPEREADY is low");
     }
     if (observer_.overflowed()) {
-        reporter_.report(kOverflow, "composer/occupancy", bus_name_, cycle, observer_.frames_received(),
+        reporter_.report(kOverflow, "composer/occupancy", bus_name_, cycle, observer_.newest_frame(),
                          composer_ + "pixel " + std::to_string(inputs.bus.first) +
                              " of its segment comes to a full buffer: " +
                              std::to_string(observer_.held_pixels()) + " pixels are held");
     }
     if (observer_.table_refused()) {
-        reporter_.report(kOverflow, "composer/table", bus_name_, cycle, observer_.frames_received() + 1,
+        reporter_.report(kOverflow, "composer/table", bus_name_, cycle, observer_.newest_frame() + 1,
                          composer_ + "a third frame's table comes while two frames are kept");
     }
 }
@@ -133,11 +133,11 @@ void ComposerMonitor::check_outputs(std::int64_t cycle) {
         const std::string why = ": " + std::to_string(observer_.held_pixels()) + " pixels held, " +
                                 std::to_string(announced) + " of a burst to come";
         check_wire("composer/busready", busready, expected.busready, busready_name_, cycle,
-                   observer_.frames_received(), why.c_str());
+                   observer_.newest_frame(), why.c_str());
     }
     const bool tableready = tableready_o.read() || (expected.tableready && contain(tableready_holds_, cycle));
     check_wire("composer/tableready", tableready, expected.tableready, tableready_name_, cycle,
-               observer_.frames_received(), ": high while another frame's row can be kept");
+               observer_.newest_frame(), ": high while another frame's row can be kept");
     const bool stall = stall_o.read() && (expected.stall || !contain(stall_holds_, cycle));
     check_wire("composer/stall", stall, expected.stall, stall_name_, cycle, observer_.frame(),
                ": high while the next raster pixel has not come");

@@ -84,7 +84,7 @@ void ComposerObserver::pipeline(const ComposerInputs& inputs, std::int64_t cycle
         running_ = true;
         x_ = y_ = 0;
         Frame& frame = oldest();
-        row_ = frame.has_segment ? frame.positions.raster_row(0) : SegmentPlaces::RasterRow{};
+        row_ = frame.has_segment ? frame.positions.raster_row(0) : SegmentPositions::RasterRow{};
         if (frame.has_segment && frame.positions.smooths()) {
             frame.used_up = frame.positions.used_up_after(-1, -1, 0);
         }
@@ -155,7 +155,7 @@ void ComposerObserver::composite(const rtl::PipePixel& upstream, std::int64_t cy
     expected_.pipe = {upstream.pixel, true, upstream.lost || frame.abandoned};
     if (const std::optional<LocalPixel> local = next_local_pixel()) {
         if (local->starves()) {
-            count_glitch({frame_, x_, y_}, cycle);
+            count_starved_pixel({frame_, x_, y_}, cycle);
         } else if (!local->abandoned) {
             expected_.pipe.pixel = reference_composition(composition_, local->pixel, upstream.pixel);
             counters_.replayed_pixels += local->repeated ? 1 : 0;
@@ -171,7 +171,7 @@ void ComposerObserver::composite(const rtl::PipePixel& upstream, std::int64_t cy
         if (++y_ == raster_height_) {
             end_frame(cycle);
         } else {
-            row_ = frame.has_segment ? frame.positions.raster_row(y_) : SegmentPlaces::RasterRow{};
+            row_ = frame.has_segment ? frame.positions.raster_row(y_) : SegmentPositions::RasterRow{};
         }
     }
 }
@@ -282,7 +282,7 @@ void ComposerObserver::take_row(const rtl::BusBeat& beat) {
     frame.table_complete = beat.last;
     if (beat.destination == destination_) {
         frame.has_segment = true;
-        frame.positions = SegmentPlaces(beat.row(), raster_width_, raster_height_, smoothing_);
+        frame.positions = SegmentPositions(beat.row(), raster_width_, raster_height_, smoothing_);
         const std::uint64_t size = power_of_two_from(std::min(buffer_pixels_, frame.positions.pixels()));
         frame.ring.assign(size, 0);
         frame.ring_mask = size - 1;

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "monitors/bus_timing.h"
-#include "monitors/segment_places.h"
+#include "monitors/segment_positions.h"
 #include "report/composer_record.h"
 #include "rtl/signals.h"
 #include "scenario/scenario.h"
@@ -64,7 +64,7 @@ class ComposerObserver : public ComposerRecord {
     // ---- its state ----
 
     int frame() const { return frame_; }  ///< that is composited, or was last, from 0; -1: none yet
-    int frames_received() const {
+    int newest_frame() const {
         return frames_heard_ - 1;
     }                                          ///< number of the newest frame known; -1: none yet
     bool running() const { return running_; }  ///< raster pixels of frame() are being composited
@@ -89,7 +89,7 @@ class ComposerObserver : public ComposerRecord {
     // Of the oldest frame, which is composited or comes next. Lost pixels and rows count as arrived.
     bool table_complete() const { return has_frame() && oldest().table_complete; }
     bool has_segment() const { return oldest().has_segment; }
-    const SegmentPlaces& segment() const { return oldest().positions; }  ///< while has_segment()
+    const SegmentPositions& segment() const { return oldest().positions; }  ///< while has_segment()
     std::int64_t arrived_pixels() const { return oldest().arrived; }
     bool segment_complete() const { return oldest().abandoned || oldest().missing() == 0; }
     /// Pixels still to come of the newest frame, or of one that is over and that the bus still sends.
@@ -119,7 +119,7 @@ class ComposerObserver : public ComposerRecord {
         bool table_complete = false;  ///< or lost
         bool has_segment = false;
         bool abandoned = false;  ///< pixels of it, or of its table, were lost
-        SegmentPlaces positions;
+        SegmentPositions positions;
         std::int64_t arrived = 0;  ///< or lost
         std::int64_t used_up = 0;
         std::vector<std::uint64_t> ring;  ///< pixel k in [k & ring_mask]
@@ -173,7 +173,7 @@ class ComposerObserver : public ComposerRecord {
     bool running_ = false;
     int x_ = 0;
     int y_ = 0;
-    SegmentPlaces::RasterRow row_;  ///< the raster row of y_, in the frame that is composited
+    SegmentPositions::RasterRow row_;  ///< the raster row of y_, in the frame that is composited
     int frame_ = -1;
     int frames_heard_ = 0;
     std::int64_t announced_ = 0;

@@ -56,7 +56,7 @@ class ComposerRecord {
     }
     /// A pixel starved or a clock was stalled.
     void note_starved(std::int64_t cycle) { note_first(first_starved_cycle_, cycle); }
-    void count_glitch(const StarvedPixel& pixel, std::int64_t cycle) {
+    void count_starved_pixel(const StarvedPixel& pixel, std::int64_t cycle) {
         note_starved(cycle);
         counters_.add_starved_pixel(pixel);
         if (on_starved_pixel_) {

@@ -4,8 +4,8 @@
 #include <cstddef>
 #include <stdexcept>
 
-#include "datapath/link/bank_keeper.h"
 #include "datapath/link/pair_follower.h"
+#include "datapath/link/pair_keeper.h"
 #include "report/report.h"
 #include "rtl/bus_port.h"
 #include "rtl/dvi_source.h"
@@ -59,7 +59,7 @@ const std::vector<EnumerationNames>& enumeration_names() {
         {"PIXEL.kind", "frame_kind.txt", words(FrameKind::kDepth, {"colour", "depth"})},
         {"pair_expect", "pair_expect.txt",
          words(PairFollower::Expect::kDepth, {"any colour", "colour", "depth"})},
-        {"banks_back", "back_bank.txt", words(BankKeeper::Back::kWhole, {"free", "filling", "whole"})},
+        {"banks_back", "back_bank.txt", words(PairKeeper::Back::kWhole, {"free", "filling", "whole"})},
         {"EVENT.cause", "reject_cause.txt", reject_causes()},
         {"TMDS.BLUE", "tmds_control.txt", {"blank", "HSYNC", "VSYNC", "HSYNC VSYNC"}, control_characters()},
     };

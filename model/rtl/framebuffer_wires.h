@@ -36,18 +36,18 @@ struct FramebufferWires {
     // bus_port and bus_arbiter
     Wire<bool> start{"start"};
     Wire<bool> take{"take"};
-    SignalBank<bool> pending;
-    SignalBank<bool> ready;
-    SignalBank<std::uint64_t> deadline;
-    SignalBank<bool> grant;
+    SignalArray<bool> pending;
+    SignalArray<bool> ready;
+    SignalArray<std::uint64_t> deadline;
+    SignalArray<bool> grant;
     Wire<bool> grant_valid{"grant_valid"};
     Wire<bool> search{"search"};
     Wire<bool> lost{"lost"};
     Wire<std::uint16_t> recovered{"recovered"};
     Wire<std::uint16_t> slot{"slot"};
     // write_buffer, memory_controller and frame_memory
-    SignalBank<bool> write_full;
-    SignalBank<WriteBlock> write_block;
+    SignalArray<bool> write_full;
+    SignalArray<WriteBlock> write_block;
     Wire<bool> drain{"drain"};
     Wire<MemoryData> write_data{"write_data"};
 };

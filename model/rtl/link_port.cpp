@@ -11,13 +11,13 @@ LinkPort::LinkPort(const sc_core::sc_module_name& name, const Scenario& scenario
       depth_format_(scenario.depth_format),
       records_(std::move(records)),
       write_(registers_, "write", bits_for(renderer.image_words() - 1)),
-      banks_(registers_, "banks", 1,
-             BankKeeper(scenario.pacing, pair_clocks(renderer), link_timeout_clocks(scenario, renderer))) {}
+      pairs_(registers_, "banks", 1,
+             PairKeeper(scenario.pacing, pair_clocks(renderer), link_timeout_clocks(scenario, renderer))) {}
 
 void LinkPort::reset() {
     pass_edge();
     registers_.reset();
-    banks_.change().reset(edge_);
+    pairs_.change().reset(edge_);
     front_source_ = FrameSource{};
     pair_request_o.write(false);
     answer_o.write(false);
@@ -33,15 +33,15 @@ void LinkPort::clock_edge() {
         take_event(event_i.read());
     }
     if (request_.arrives(request_i.read())) {
-        banks_.change().ask();
+        pairs_.change().ask();
     }
-    if (banks_->can_answer(edge_)) {
-        answer(*banks_.change().answer(edge_) == BankKeeper::Answer::kFresh);
+    if (pairs_->can_answer(edge_)) {
+        answer(*pairs_.change().answer(edge_) == PairKeeper::Answer::kFresh);
     }
-    if (banks_->next_timer(edge_)) {
+    if (pairs_->next_timer(edge_)) {
         clocked_.stay_awake();
     }
-    drive_output(pair_request_, pair_request_o, banks_->wants_pair());
+    drive_output(pair_request_, pair_request_o, pairs_->wants_pair());
 }
 
 void LinkPort::pass_edge() { edge_ += 1 + clocked_.slept_edges(); }
@@ -69,7 +69,7 @@ void LinkPort::write_pixel(const DecodedPixel& pixel) {
 }
 
 void LinkPort::take_event(const DecoderEvent& event) {
-    const BankKeeper::Taken taken = banks_.change().take(event, edge_);
+    const PairKeeper::Taken taken = pairs_.change().take(event, edge_);
     if (taken.dropped_pairs > 0) {
         records_.dropped(taken.dropped_pairs);
     }
@@ -86,7 +86,7 @@ void LinkPort::answer(bool fresh) {
     if (fresh) {
         front_ = !front_;
         front_o.write(front_);
-        front_source_.pair = static_cast<int>(banks_->back_number());
+        front_source_.pair = static_cast<int>(pairs_->back_number());
         front_source_.last_pixel_picoseconds = last_pixel_picoseconds_;
     }
 }

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <functional>
 
-#include "datapath/link/bank_keeper.h"
+#include "datapath/link/pair_keeper.h"
 #include "report/machine_report.h"
 #include "rtl/block.h"
 #include "rtl/crossing.h"
@@ -13,7 +13,7 @@
 namespace metabuffer::rtl {
 
 /// The link's side of an input framebuffer (section 4 of the paper). It writes what the decoder finds into the back
-/// device of the frame memory, keeps track of the two devices (BankKeeper) and answers the bus side, which asks for the
+/// device of the frame memory, keeps track of the two devices (PairKeeper) and answers the bus side, which asks for the
 /// pair of each frame.
 ///
 /// It works in DVI input clocks, and every output is registered. A question is a change of request_i, and an answer is
@@ -65,7 +65,7 @@ class LinkPort final : public Block {
     Register<bool> fresh_{registers_, "fresh"};
     Register<bool> front_{registers_, "front"};
     Register<MemoryWrite> write_;
-    Register<BankKeeper> banks_;
+    Register<PairKeeper> pairs_;
 
     // What a report says of the run.
     std::int64_t edge_ = 0;                    ///< number of the clock's edge

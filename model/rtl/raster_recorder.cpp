@@ -37,7 +37,7 @@ void RasterRecorder::clock_edge() {
 void RasterRecorder::count_pixel() {
     if (composited_ == 0) record_.first_pixel_composited(cycle());
     if (missing_i.read()) {
-        record_.count_glitch({record_.frame(), x(), y()}, cycle());
+        record_.count_starved_pixel({record_.frame(), x(), y()}, cycle());
     } else if (replays_ && !progress_i.read().abandoned) {
         ++record_.mutable_counters().replayed_pixels;
     }

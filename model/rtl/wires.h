@@ -18,11 +18,11 @@ using metabuffer::numbered;
 
 /// A row of signals of one kind.
 template <typename Value>
-class SignalBank {
+class SignalArray {
   public:
     /// Makes `count` signals, each named by its index and with the initial value.
     template <typename NameOf>
-    SignalBank(std::size_t count, NameOf name_of, const Value& initial = Value{}) {
+    SignalArray(std::size_t count, NameOf name_of, const Value& initial = Value{}) {
         for (std::size_t i = 0; i < count; ++i) {
             signals_.push_back(std::make_unique<Wire<Value>>(name_of(i).c_str(), initial));
         }
@@ -123,37 +123,37 @@ struct Wires {
         return tableready_behind_.size() > 0 ? tableready_behind_[i] : tableready[i];
     }
 
-    SignalBank<DviLink> link_in;
-    SignalBank<int> clock_ppm;                ///< how far a fault puts the link's clock off
-    SignalBank<TmdsDisturbance> disturbance;  ///< what faults do to the link's characters
-    SignalBank<TmdsLink> tmds_in;             ///< of links with characters
-    SignalBank<DecodedPixel> pixel;
-    SignalBank<DecoderEvent> event;
-    SignalBank<bool> pair_request;
-    SignalBank<BusBeat> bus;
-    SignalBank<bool> pipemaster;
-    SignalBank<bool> busready;
-    SignalBank<bool> tableready;
-    SignalBank<bool> stall;
-    SignalBank<PipePixel> pipe;
-    SignalBank<bool> startframe;
-    SignalBank<bool> pipeready;  ///< wire r is raised by composer r, the last one by the output framebuffer
-    SignalBank<bool> column_stall;
-    SignalBank<bool> framedone;
-    SignalBank<bool> framebad;
-    SignalBank<DviLink> link_out;
-    SignalBank<TmdsLink> tmds_out;  ///< of links with characters
+    SignalArray<DviLink> link_in;
+    SignalArray<int> clock_ppm;                ///< how far a fault puts the link's clock off
+    SignalArray<TmdsDisturbance> disturbance;  ///< what faults do to the link's characters
+    SignalArray<TmdsLink> tmds_in;             ///< of links with characters
+    SignalArray<DecodedPixel> pixel;
+    SignalArray<DecoderEvent> event;
+    SignalArray<bool> pair_request;
+    SignalArray<BusBeat> bus;
+    SignalArray<bool> pipemaster;
+    SignalArray<bool> busready;
+    SignalArray<bool> tableready;
+    SignalArray<bool> stall;
+    SignalArray<PipePixel> pipe;
+    SignalArray<bool> startframe;
+    SignalArray<bool> pipeready;  ///< wire r is raised by composer r, the last one by the output framebuffer
+    SignalArray<bool> column_stall;
+    SignalArray<bool> framedone;
+    SignalArray<bool> framebad;
+    SignalArray<DviLink> link_out;
+    SignalArray<TmdsLink> tmds_out;  ///< of links with characters
     Wire<bool> swaplock{"SWAPLOCK"};
     Wire<bool> swapskip{"SWAPSKIP"};
 
   private:
-    SignalBank<DviLink> link_in_before_;  ///< before the encoder
-    SignalBank<DviLink> link_out_before_;
+    SignalArray<DviLink> link_in_before_;  ///< before the encoder
+    SignalArray<DviLink> link_out_before_;
     std::vector<std::unique_ptr<sc_core::sc_signal<TmdsLink>>>
-        tmds_in_before_;              ///< before the fault, where there is one
-    SignalBank<BusBeat> bus_before_;  ///< before the registers
-    SignalBank<bool> busready_behind_;
-    SignalBank<bool> tableready_behind_;
+        tmds_in_before_;               ///< before the fault, where there is one
+    SignalArray<BusBeat> bus_before_;  ///< before the registers
+    SignalArray<bool> busready_behind_;
+    SignalArray<bool> tableready_behind_;
     std::vector<std::unique_ptr<sc_core::sc_signal<BusBeat>>> own_bus_;
 };
 

@@ -114,7 +114,7 @@ void InputFramebuffer::link_process() {
         banks_.ask();
     }
     if (const auto given = banks_.answer(edge)) {
-        answer(*given == BankKeeper::Answer::kFresh, edge);
+        answer(*given == PairKeeper::Answer::kFresh, edge);
     }
     pair_request_o.write(banks_.wants_pair());
     wake_link(next_link_edge(edge));
@@ -130,7 +130,7 @@ std::int64_t InputFramebuffer::next_link_edge(std::int64_t edge) const {
 }
 
 void InputFramebuffer::take_event(const LinkEvent& event, std::int64_t edge) {
-    const BankKeeper::Taken taken = banks_.take(event, edge);
+    const PairKeeper::Taken taken = banks_.take(event, edge);
     counters_.dropped_frames += taken.dropped_pairs;
     if (event.colour_start) {
         filling_table_ = event.table;

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "datapath/arbitration/arbitration_policy.h"
-#include "datapath/link/bank_keeper.h"
+#include "datapath/link/pair_keeper.h"
 #include "datapath/segment.h"
 #include "report/machine_report.h"
 #include "scenario/scenario.h"
@@ -176,7 +176,7 @@ class InputFramebuffer final : public sc_core::sc_module {
     std::deque<LinkEvent> link_events_;
     DecodedFrame newest_link_frame_;
     std::int64_t link_pixels_before_ = 0;
-    BankKeeper banks_;
+    PairKeeper banks_;
     ViewportTable filling_table_;  ///< of the pair under way
     LinkEvent back_;               ///< the whole pair in the back bank
     ViewportTable back_rows_;

@@ -89,9 +89,9 @@ class Judge:
 
     def run(self, test: Test, mutant: int, limit_seconds: float, reached: Optional[str] = None) -> str:
         """How the test ended: passed, failed or timeout."""
-        with tempfile.TemporaryDirectory(dir=self.scratch, ignore_cleanup_errors=True) as place:
-            os.chmod(place, 0o755)  # some tests read it as another user
-            environment = dict(os.environ, **test.environment, TMPDIR=place, METABUFFER_MUTANT=str(mutant))
+        with tempfile.TemporaryDirectory(dir=self.scratch, ignore_cleanup_errors=True) as temporary:
+            os.chmod(temporary, 0o755)  # some tests read it as another user
+            environment = dict(os.environ, **test.environment, TMPDIR=temporary, METABUFFER_MUTANT=str(mutant))
             environment.pop("METABUFFER_SEED", None)
             if reached:
                 environment["METABUFFER_MUTANTS_REACHED"] = reached

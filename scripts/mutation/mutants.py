@@ -21,14 +21,14 @@ WEIGHTS = {"model/rtl/": 4, "model/datapath/": 4, "model/formats/": 4, "model/fu
 class Key(NamedTuple):
     """What identifies a mutant as long as its own statement does not change.
 
-    White space in the texts is squeezed. place counts the sites of the same text in the file before this one; of a
+    White space in the texts is squeezed. occurrence counts the sites of the same text in the file before this one; of a
     mutant written by hand it says what the mutant does.
     """
 
     file: str
     original: str
     replacement: str
-    place: Union[int, str]
+    occurrence: Union[int, str]
 
 
 class Edit(NamedTuple):
@@ -50,8 +50,8 @@ def squeezed(text: str) -> str:
     return re.sub(r"\s+", " ", text).strip()
 
 
-def key_of(file: str, original: str, replacement: str, place: Union[int, str]) -> Key:
-    return Key(file, squeezed(original), squeezed(replacement), place)
+def key_of(file: str, original: str, replacement: str, occurrence: Union[int, str]) -> Key:
+    return Key(file, squeezed(original), squeezed(replacement), occurrence)
 
 
 def digest(*words: Any) -> bytes:
@@ -63,14 +63,14 @@ def candidates_of(file: str, source: str, sites: Iterable[Site]) -> Iterator[Can
     seen: collections.Counter = collections.Counter()
     for site in sites:
         original = source[site.start:site.end]
-        place = seen[squeezed(original)]
+        occurrence = seen[squeezed(original)]
         seen[squeezed(original)] += 1
         known = set()
         for change in site.changes:
             text = source[site.start:change.start] + change.text + source[change.end:site.end]
             if text not in known:
                 known.add(text)
-                yield Candidate(key_of(file, original, text, place), change.operator,
+                yield Candidate(key_of(file, original, text, occurrence), change.operator,
                                 Edit(site.start, site.end, site.form, text))
 
 
@@ -132,7 +132,7 @@ class Mutant:
 
     @property
     def by_hand(self) -> bool:
-        return isinstance(self.key.place, str)
+        return isinstance(self.key.occurrence, str)
 
     @property
     def verdict(self) -> str:

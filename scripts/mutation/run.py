@@ -43,7 +43,7 @@ def last_run(tree: Tree) -> dict[Key, dict]:
     path = tree.directory / "results.json"
     if not path.exists():
         raise Stop(f"no last run: {path} is not there", 2)
-    return {Key(one["file"], one["original"], one["replacement"], one["place"]): one
+    return {Key(one["file"], one["original"], one["replacement"], one["occurrence"]): one
             for one in json.loads(path.read_text())["mutants"]}
 
 

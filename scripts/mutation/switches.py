@@ -88,7 +88,7 @@ class Copy:
     def render(self) -> tuple[str, dict[int, Mutant]]:
         """The text to compile, and which mutant each of its lines belongs to."""
         lines_of: dict[int, Mutant] = {}
-        out, place = f'#include "{HEADER}"\n', 0
+        out, copied = f'#include "{HEADER}"\n', 0
 
         def put(mutant: Mutant, text: str) -> None:
             nonlocal out
@@ -98,7 +98,7 @@ class Copy:
                 lines_of[line] = mutant
 
         for start, end, form, chain in self.spans():
-            out += self.source[place:start]
+            out += self.source[copied:start]
             original = self.source[start:end]
             if form == "statement":
                 out += "{\n"
@@ -111,8 +111,8 @@ class Copy:
                 for mutant, text in chain:
                     put(mutant, f"::mutation::active({mutant.number}) ? {cast}({text}) :\n")
                 out += f"{cast}({original}))"
-            place = end
-        return out + self.source[place:], lines_of
+            copied = end
+        return out + self.source[copied:], lines_of
 
     def difference(self, mutant: Mutant) -> str:
         """A mutant as a patch of the file."""

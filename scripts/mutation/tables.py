@@ -107,7 +107,7 @@ def results(tree: Tree, mutants: Iterable[Mutant], seconds: float) -> dict:
             "mutants": [{
                 "number": mutant.number, "file": mutant.file, "line": tree.copies[mutant.file].line_of(mutant),
                 "operator": mutant.operator, "original": mutant.key.original, "replacement": mutant.key.replacement,
-                "place": mutant.key.place, "seeds": mutant.seeds, "verdict": mutant.verdict,
+                "occurrence": mutant.key.occurrence, "seeds": mutant.seeds, "verdict": mutant.verdict,
                 "tests": mutant.tests, "killers": mutant.killers, "met": mutant.met,
                 "kind": mutant.kind, "reached_by_tests": mutant.reached_by,
                 "reason": mutant.reason or mutant.discarded} for mutant in mutants]}

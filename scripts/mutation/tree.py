@@ -92,7 +92,7 @@ class Tree:
     def mark_equivalent(self) -> None:
         by_key = {mutant.key: mutant for mutant in self.mutants}
         for entry in kept(self.source / "tb/mutation/equivalent.json"):
-            key = key_of(entry["file"], entry["original"], entry["replacement"], entry.get("place", 0))
+            key = key_of(entry["file"], entry["original"], entry["replacement"], entry.get("occurrence", 0))
             if key in by_key:
                 by_key[key].reason = entry["reason"]
             elif key not in self.known:

@@ -73,24 +73,24 @@ class Hostile(unittest.TestCase):
     def setUp(self):
         scratch = tempfile.TemporaryDirectory()
         self.addCleanup(scratch.cleanup)
-        self.place = pathlib.Path(scratch.name).resolve()
+        self.folder = pathlib.Path(scratch.name).resolve()
         self.write("scenario.yaml", SCENARIO)
         self.write("view.ppm", IMAGE)
 
     def write(self, name, content):
-        path = self.place / name
+        path = self.folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(content if isinstance(content, bytes) else content.encode())
         return path
 
     def run_program(self, *words, **options):
-        settings = {"cwd": self.place, "stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE,
+        settings = {"cwd": self.folder, "stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE,
                     "stderr": subprocess.PIPE, "timeout": 120, **options}
         return subprocess.run([self.program, *words], check=False, **settings)
 
     def start_program(self, *words, **options):
         """Starts the program in its own process group."""
-        process = subprocess.Popen([self.program, *words], cwd=self.place, stdin=subprocess.DEVNULL,
+        process = subprocess.Popen([self.program, *words], cwd=self.folder, stdin=subprocess.DEVNULL,
                                    stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, start_new_session=True, **options)
         self.addCleanup(process.stderr.close)
         self.addCleanup(self.kill_group, process)
@@ -115,15 +115,15 @@ class Hostile(unittest.TestCase):
             self.assertIn(part, text)
 
     def snapshot(self, folder="."):
-        return {str(path.relative_to(self.place)): path.read_bytes()
-                for path in sorted((self.place / folder).rglob("*")) if path.is_file() and not path.is_symlink()}
+        return {str(path.relative_to(self.folder)): path.read_bytes()
+                for path in sorted((self.folder / folder).rglob("*")) if path.is_file() and not path.is_symlink()}
 
 
 class Input(Hostile):
     """What an input path names is checked before it is read."""
 
     def test_a_pipe_or_a_device_is_not_a_scenario_or_an_image(self):
-        os.mkfifo(self.place / "pipe")
+        os.mkfifo(self.folder / "pipe")
         for what in ("pipe", "/dev/zero"):
             with self.subTest(what):
                 self.check_line(self.run_program("run", what), what, "is no regular file")
@@ -147,12 +147,12 @@ class Input(Hostile):
                 self.check_line(self.run_program("run", "scenario.yaml", "--out", "out", "--set",
                                                  "displays.correction=[{display: 1, lut: table}]"),
                                 "displays.correction[0].lut", part)
-                self.assertFalse((self.place / "out").exists())
+                self.assertFalse((self.folder / "out").exists())
         self.check_line(self.run_program("run", "scenario.yaml", "--set",
                                          "displays.correction=[{display: 1, lut: absent}]"), "absent", "No such file")
 
     def test_paths_that_the_system_refuses_are_bad_input(self):
-        (self.place / "loop").symlink_to("loop")
+        (self.folder / "loop").symlink_to("loop")
         for path in ("n" * 300, "loop", "loop/inside", "n" * 5000):
             with self.subTest(path[:10]):
                 self.check_line(self.run_program("run", path))
@@ -161,13 +161,13 @@ class Input(Hostile):
                 self.check_line(self.run_program("run", "scenario.yaml", "--trace", path + "/x.json"))
                 self.check_line(self.run_program("export", path))
                 self.check_line(self.run_program("plot", path, "--x", "a", "--y", "b", "-o", path + ".svg"))
-                self.assertTrue((self.place / "loop").is_symlink())
+                self.assertTrue((self.folder / "loop").is_symlink())
 
     def test_a_working_directory_that_is_gone_is_reported(self):
-        gone = self.place / "gone"
+        gone = self.folder / "gone"
         gone.mkdir()
         script = 'cd "$1" && rmdir "$1" && exec "$2" run "$3"'
-        done = subprocess.run(["sh", "-c", script, "sh", gone, METABUFFER, self.place / "scenario.yaml"],
+        done = subprocess.run(["sh", "-c", script, "sh", gone, METABUFFER, self.folder / "scenario.yaml"],
                               stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, timeout=60,
                               check=False)
         self.check_line(done)
@@ -206,7 +206,7 @@ class Input(Hostile):
                     self.check_line(self.run_program(*words[:-1], f"{words[-1]}={number}"), "out of range; use 0.001 to")
 
     def test_libraries_say_nothing_of_a_broken_image(self):
-        picture = self.place / "good"
+        picture = self.folder / "good"
         self.assertEqual(self.run_program("run", "scenario.yaml", "--out", picture).returncode, DONE)
         png = (picture / "display_1.png").read_bytes()
         pixels = png.index(b"IDAT") + 4
@@ -224,18 +224,18 @@ class Output(Hostile):
         words = ("run", "scenario.yaml", "--trace", "t.vcd", "--trace-window", "all")
         done = self.run_program(*words, preexec_fn=limits(RLIMIT_FSIZE=20_000))
         self.check_line(done, "cannot write 't.vcd'", "File too large")
-        (self.place / "t.vcd").symlink_to("/dev/full")
+        (self.folder / "t.vcd").symlink_to("/dev/full")
         self.check_line(self.run_program(*words), "t.vcd", "is no regular file")
-        self.assertTrue((self.place / "t.vcd").is_symlink())
+        self.assertTrue((self.folder / "t.vcd").is_symlink())
 
     def test_a_trace_through_a_symbolic_link_goes_to_where_the_link_leads(self):
         for name in ("t.vcd", "t.json"):
             with self.subTest(name):
-                (self.place / name).symlink_to("real-" + name)
+                (self.folder / name).symlink_to("real-" + name)
                 done = self.run_program("run", "scenario.yaml", "--trace", name)
                 self.assertEqual(done.returncode, DONE, done.stderr)
-                self.assertTrue((self.place / name).is_symlink())
-                self.assertGreater((self.place / ("real-" + name)).stat().st_size, 1000)
+                self.assertTrue((self.folder / name).is_symlink())
+                self.assertGreater((self.folder / ("real-" + name)).stat().st_size, 1000)
 
     def test_a_full_standard_output_is_reported_by_every_command(self):
         self.assertEqual(self.run_program("size", "scenario.yaml", "--minimize", "composer.buffer_pixels=1..64",
@@ -256,8 +256,8 @@ class Output(Hostile):
         self.write("odd.yaml", SCENARIO.replace("view.ppm", "display_7.0003.png"))
         self.write("effective_scenario.yaml", SCENARIO)
         self.write("link.vcd", "").unlink()
-        (self.place / "link.vcd").symlink_to("scenario.yaml")
-        os.link(self.place / "view.ppm", self.place / "hard.json")
+        (self.folder / "link.vcd").symlink_to("scenario.yaml")
+        os.link(self.folder / "view.ppm", self.folder / "hard.json")
         before = self.snapshot()
         for words in (["run", "report.json", "--out", "."], ["run", "effective_scenario.yaml", "--out", "."],
                       ["run", "odd.yaml", "--out", "."], ["run", "odd.yaml", "--out", ".", "--no-images"],
@@ -272,22 +272,22 @@ class Output(Hostile):
 
     def test_results_are_not_replaced_by_what_is_made_of_them(self):
         self.run_program("size", "scenario.yaml", "--minimize", "composer.buffer_pixels=1..64", "--out", "r.svg")
-        before = (self.place / "r.svg").read_bytes()
+        before = (self.folder / "r.svg").read_bytes()
         for words in (["export", "r.svg", "-o", "r.svg"], ["report", "r.svg", "-o", "r.svg"],
                       ["plot", "r.svg", "--x", "smallest", "--y", "runs", "-o", "r.svg"]):
             with self.subTest(words[0]):
                 self.check_line(self.run_program(*words), "would replace")
-                self.assertEqual((self.place / "r.svg").read_bytes(), before)
+                self.assertEqual((self.folder / "r.svg").read_bytes(), before)
 
     def test_what_lies_in_the_results_folder_and_is_not_the_run_s_stays(self):
         self.write("out/display_99.png/inside", "kept")
         self.write("out/notes.txt", "kept")
         self.write("stranger", "kept")
         for name in ("report.json.part", ".metabuffer-1-0.part"):
-            (self.place / "out" / name).symlink_to(self.place / "stranger")
+            (self.folder / "out" / name).symlink_to(self.folder / "stranger")
         self.assertEqual(self.run_program("run", "scenario.yaml", "--out", "out").returncode, DONE)
         for name in ("out/display_99.png/inside", "out/notes.txt", "stranger"):
-            self.assertEqual((self.place / name).read_text(), "kept")
+            self.assertEqual((self.folder / name).read_text(), "kept")
 
     def test_a_run_that_fails_leaves_the_earlier_results_whole(self):
         self.assertEqual(self.run_program("run", "scenario.yaml", "--out", "out").returncode, DONE)
@@ -306,7 +306,7 @@ class Output(Hostile):
         self.assertEqual(self.run_program("run", "scenario.yaml", "--out", "out").returncode, DONE)
         before = self.snapshot("out")
         process = self.start_program("run", "long.yaml", "--out", "out", "--quiet")
-        aside = self.place / "out/.metabuffer-unfinished"
+        aside = self.folder / "out/.metabuffer-unfinished"
         self.assertTrue(wait_until(lambda: aside.is_dir() and any(aside.iterdir())))
         self.kill_group(process)
         kept = {name: content for name, content in self.snapshot("out").items() if "/.metabuffer-" not in name}
@@ -318,7 +318,7 @@ class Output(Hostile):
         self.write("large.ppm", b"P6\n64 48\n255\n" + bytes(64 * 48 * 3))
         self.write("long.yaml", LONG_SCENARIO)
         process = self.start_program("run", "long.yaml", "--out", "out", "--quiet")
-        self.assertTrue(wait_until((self.place / "out/.metabuffer-unfinished").is_dir))
+        self.assertTrue(wait_until((self.folder / "out/.metabuffer-unfinished").is_dir))
         self.check_line(self.run_program("run", "scenario.yaml", "--out", "out"), "out", f"({process.pid})")
         self.kill_group(process)
         self.assertEqual(self.run_program("run", "scenario.yaml", "--out", "out").returncode, DONE)
@@ -368,22 +368,22 @@ class Resources(Hostile):
     def test_libraries_that_hang_or_crash_when_they_are_loaded_are_one_line(self):
         self.write("nothing/metabuffer_images.so", "")
         for folder, line in ((MODULES / "waiting", "are not loaded after 20 s"), (MODULES / "crashing", "ended by a signal: Abort"),
-                             (self.place / "nothing", "metabuffer_images.so: file too short")):
+                             (self.folder / "nothing", "metabuffer_images.so: file too short")):
             with self.subTest(folder.name):
                 environment = dict(os.environ, LD_LIBRARY_PATH=str(folder))
                 done = self.run_program("run", "scenario.yaml", "--out", "out", env=environment, timeout=60)
                 self.check_line(done, "scenario.yaml:", "images can be neither read nor written", line)
-                self.assertFalse((self.place / "out").exists())
+                self.assertFalse((self.folder / "out").exists())
 
     def test_wherever_processes_end_there_is_one_line(self):
-        environment = dict(os.environ, HOME=str(self.place))
+        environment = dict(os.environ, HOME=str(self.folder))
         user = {}
         if os.getuid() == 0:
             # Root may have any number of them. Another user may not enter the build's folder if that is in root's home.
-            self.program = shutil.copy(METABUFFER, self.place)
-            environment["LD_LIBRARY_PATH"] = shutil.copytree(METABUFFER.parent / "modules", self.place / "modules")
+            self.program = shutil.copy(METABUFFER, self.folder)
+            environment["LD_LIBRARY_PATH"] = shutil.copytree(METABUFFER.parent / "modules", self.folder / "modules")
             nobody = pwd.getpwnam("nobody")
-            for path in (self.place, *self.place.iterdir()):
+            for path in (self.folder, *self.folder.iterdir()):
                 os.chown(path, nobody.pw_uid, nobody.pw_gid)
             user = {"user": nobody.pw_uid, "group": nobody.pw_gid, "extra_groups": []}
             self.assertEqual(self.run_program("--version", **user).returncode, DONE)
@@ -436,7 +436,7 @@ class Resources(Hostile):
         _, text = process.communicate(timeout=60)
         self.assertEqual(process.returncode, BAD_INPUT, text)
         self.assertIn(b"--trace", text)
-        self.assertFalse((self.place / "t.vcd").exists())
+        self.assertFalse((self.folder / "t.vcd").exists())
 
 
 class Results(Hostile):
@@ -460,10 +460,10 @@ class Results(Hostile):
         size = ["size", "scenario.yaml", "--minimize", "composer.buffer_pixels=1..64", "--over", "bus.width_bits=64,128",
                 "--out", "r.db", "--quiet"]
         self.assertEqual(self.run_program(*size).returncode, DONE)
-        shutil.copy(self.place / "r.db", self.place / "good.db")
+        shutil.copy(self.folder / "r.db", self.folder / "good.db")
         for damage in self.DAMAGE:
-            shutil.copy(self.place / "good.db", self.place / "r.db")
-            database = sqlite3.connect(self.place / "r.db")
+            shutil.copy(self.folder / "good.db", self.folder / "r.db")
+            database = sqlite3.connect(self.folder / "r.db")
             database.executescript(damage)
             database.commit()
             database.close()
@@ -483,17 +483,17 @@ class Results(Hostile):
         self.write("sweep.yaml", "scenario: scenario.yaml\naxes: [{key: bus.width_bits, values: [64, 128]}]\n")
         for error in (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP):
             system = {**os.environ, "LD_PRELOAD": str(MODULES / "libmissing_locks.so"), "MISSING_LOCKS": str(error)}
-            shutil.rmtree(self.place / "unlocked", ignore_errors=True)
+            shutil.rmtree(self.folder / "unlocked", ignore_errors=True)
             for words in ("sweep sweep.yaml --shard 1/1 --parts unlocked/parts --quiet", "merge unlocked/parts -o unlocked/r.db",
                           "export unlocked/r.db -o unlocked/r.csv", "export unlocked/parts", "report unlocked/r.db -o r.html"):
                 with self.subTest(words, error=error):
                     done = self.run_program(*words.split(), env=system)
                     self.assertEqual((done.returncode, done.stderr), (DONE, b""))
-            self.assertEqual(len((self.place / "unlocked/r.csv").read_text().splitlines()), 3)
+            self.assertEqual(len((self.folder / "unlocked/r.csv").read_text().splitlines()), 3)
             with self.subTest("sweep -o", error=error):
                 done = self.run_program("sweep", "sweep.yaml", "-o", "unlocked/new.db", "--quiet", env=system)
                 self.check_line(done, "unlocked/new.db", "file system without locks", "--parts")
-                self.assertFalse((self.place / "unlocked/new.db").exists())
+                self.assertFalse((self.folder / "unlocked/new.db").exists())
             # What only its journal has is not in the file, and cannot be read without locks.
             self.write("unlocked/r.db-wal", b"changes")
             with self.subTest("unfinished", error=error):
@@ -502,21 +502,21 @@ class Results(Hostile):
 
     def test_files_have_the_permissions_that_the_umask_leaves(self):
         self.write("sweep.yaml", "scenario: scenario.yaml\naxes: [{key: bus.width_bits, values: [64, 128]}]\n")
-        before = set(self.place.rglob("*"))
+        before = set(self.folder.rglob("*"))
         for words in ("run scenario.yaml --out out/run --level rtl --trace t.vcd --quiet", "run scenario.yaml --trace t.json --quiet",
                       "view scenario.yaml -o v.html --quiet", "sweep sweep.yaml -o sweep/r.db --quiet",
                       "sweep sweep.yaml --shard 1/1 --parts parts --quiet", "merge parts -o m.db",
                       "size scenario.yaml --minimize composer.buffer_pixels=1..8 -o size.db --quiet",
                       "export m.db -o t.csv", "report m.db -o r.html"):
             self.assertEqual(self.run_program(*words.split(), umask=0).returncode, DONE, words)
-        made = set(self.place.rglob("*")) - before
+        made = set(self.folder.rglob("*")) - before
         self.assertGreater(len(made), 12)
         for path in made:
             self.assertEqual(path.stat().st_mode & 0o777, 0o777 if path.is_dir() else 0o666, path)
 
     def test_no_spreadsheet_takes_a_text_for_a_formula(self):
         self.run_program("size", "scenario.yaml", "--minimize", "composer.buffer_pixels=1..64", "--out", "r.db")
-        database = sqlite3.connect(self.place / "r.db")
+        database = sqlite3.connect(self.folder / "r.db")
         for note in ("=1+1", "+1", "-1", "@a", "\t=1"):
             with self.subTest(note):
                 database.execute("UPDATE points SET note = ?, smallest = -5", (note,))
@@ -530,11 +530,11 @@ class Locale(Hostile):
     """Numbers are written and read in one way, whatever the user's language does."""
 
     def test_a_decimal_comma_changes_nothing(self):
-        (self.place / "locales").mkdir()
-        built = subprocess.run(["localedef", "-f", "UTF-8", "-i", "de_DE", self.place / "locales/de_DE.UTF-8"],
+        (self.folder / "locales").mkdir()
+        built = subprocess.run(["localedef", "-f", "UTF-8", "-i", "de_DE", self.folder / "locales/de_DE.UTF-8"],
                                stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
-        self.assertTrue((self.place / "locales/de_DE.UTF-8").is_dir(), built.stdout)
-        german = dict(os.environ, LOCPATH=str(self.place / "locales"), LC_ALL="de_DE.UTF-8", LANG="de_DE.UTF-8")
+        self.assertTrue((self.folder / "locales/de_DE.UTF-8").is_dir(), built.stdout)
+        german = dict(os.environ, LOCPATH=str(self.folder / "locales"), LC_ALL="de_DE.UTF-8", LANG="de_DE.UTF-8")
         comma = subprocess.run(["printf", "%.1f", "1,5"], env=german, stdout=subprocess.PIPE, check=True).stdout
         self.assertEqual(comma, b"1,5")  # the locale is in force
         results = {}
@@ -548,7 +548,7 @@ class Locale(Hostile):
                 self.assertEqual(done.returncode, DONE, done.stderr)
                 results.setdefault(name, []).append(done.stdout)
             results[name].append(self.snapshot("out"))
-            shutil.rmtree(self.place / "out")
+            shutil.rmtree(self.folder / "out")
         self.assertEqual(results["plain"], results["german"])
 
 

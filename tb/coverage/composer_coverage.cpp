@@ -73,7 +73,7 @@ void ComposerCoverage::sample_edge(const ComposerWires& outputs) {
 /// Follows the edge. False if the composer is no longer, or need no longer be, where it is expected.
 bool ComposerCoverage::step(const ComposerWires& outputs) {
     const int frame_before = frame();
-    const int received_before = observer_.frames_received();
+    const int received_before = observer_.newest_frame();
     const std::int64_t tables_lost_before = observer_.counters().lost_tables;
     const std::int64_t late_before = observer_.counters().late_pixels;
     const std::int64_t held_before = observer_.held_pixels();
@@ -85,7 +85,7 @@ bool ComposerCoverage::step(const ComposerWires& outputs) {
     }
     if (observer_.counters().lost_tables != tables_lost_before) {
         const bool starts = bus_.kind == rtl::BusBeat::Kind::kFrameStart;
-        cover_lost_table(observer_.frames_received() - received_before - (starts ? 1 : 0));
+        cover_lost_table(observer_.newest_frame() - received_before - (starts ? 1 : 0));
         return false;
     }
     if (outputs.startframe_out != observer_.expected().startframe || observer_.overflowed() ||
@@ -172,7 +172,7 @@ void ComposerCoverage::cover_local_address(const LocalPixel& local) {
     goals_.buffer.read_address_wraps.hit_if(address == 0 && local.index > 0);
     goals_.repeated.row_again.hit_if(local.repeated);
     goals_.repeated.starved_at_first.hit_if(local.index == starved_pixel_);
-    const monitors::SegmentPlaces& segment = observer_.segment();
+    const monitors::SegmentPositions& segment = observer_.segment();
     const std::int64_t last = local.index + segment.source_width() - 1;
     goals_.buffer.window_row_wraps.hit_if(segment.multiple() > 1 && local.column == 0 &&
                                           last < observer_.arrived_pixels() && address_of(last) < address);
@@ -181,7 +181,7 @@ void ComposerCoverage::cover_local_address(const LocalPixel& local) {
 void ComposerCoverage::cover_starved(const LocalPixel& local) {
     starved_ = true;
     starved_pixel_ = local.index;
-    const monitors::SegmentPlaces& segment = observer_.segment();
+    const monitors::SegmentPositions& segment = observer_.segment();
     if (observer_.x() == segment.left()) starved_in_row_ = 0;
     ++starved_in_row_;
     const StarvedPixelGoals& goals = goals_.starved;
@@ -261,7 +261,7 @@ void ComposerCoverage::cover_lost_table(std::int64_t frames_missed) {
 void ComposerCoverage::cover_frame_start() {
     goals_.prefetch.table_while_compositing.hit_if(running());
     goals_.stall.next_table_comes.hit_if(column_stall_);
-    const auto number = static_cast<std::size_t>(observer_.frames_received());
+    const auto number = static_cast<std::size_t>(observer_.newest_frame());
     written_before_[number % written_before_.size()] = written_;
     kept_of_newest_ = 0;
     row_came_ = false;
@@ -269,7 +269,7 @@ void ComposerCoverage::cover_frame_start() {
 }
 
 void ComposerCoverage::cover_table_end() {
-    if (observer_.frames_received() > 0) {
+    if (observer_.newest_frame() > 0) {
         goals_.prefetch.segment_where_none_was.hit_if(row_came_ && !had_segment_);
         goals_.prefetch.no_segment_where_one_was.hit_if(!row_came_ && had_segment_);
         goals_.prefetch.segment_moved.hit_if(row_came_ && had_segment_ && row_ != row_before_);

@@ -390,7 +390,7 @@ class RunCoverage {
     }
 
     void cover_faults() {
-        const FaultPlaceGoals& goals = goals_.fault_place;
+        const FaultLocationGoals& goals = goals_.fault_location;
         std::set<int> renderers;
         int faults = 0;
         for (const Fault& fault : scenario_.faults) {

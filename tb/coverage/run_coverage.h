@@ -200,8 +200,8 @@ struct RejectedFrameGoals : CoverGroup {
     Cross<Pacing> pacing{*this, in_pacing()};
 };
 
-struct FaultPlaceGoals : CoverGroup {
-    explicit FaultPlaceGoals(Coverage& coverage)
+struct FaultLocationGoals : CoverGroup {
+    explicit FaultLocationGoals(Coverage& coverage)
         : CoverGroup(coverage, {"faults/place", "where faults strike"}) {}
     Bin first_pair = bin("first pair");
     Bin last_pair = bin("last pair");
@@ -246,7 +246,7 @@ struct RunGoals : GoalSet {
     WatchdogGoals watchdog{coverage};
     PacingGoals pacing{coverage};
     RejectedFrameGoals rejected{coverage};
-    FaultPlaceGoals fault_place{coverage};
+    FaultLocationGoals fault_location{coverage};
     OverlapGoals overlap{coverage};
 };
 

@@ -46,8 +46,8 @@ struct ArbiterBench : ClockedRuleBench {
     sc_core::sc_signal<bool> start, take, grant_valid, search, lost;
     sc_core::sc_signal<rtl::FrontTable> table;
     sc_core::sc_signal<std::uint16_t> recovered, slot;
-    rtl::SignalBank<bool> pending, ready, grant;
-    rtl::SignalBank<std::uint64_t> deadline;
+    rtl::SignalArray<bool> pending, ready, grant;
+    rtl::SignalArray<std::uint64_t> deadline;
     monitors::ArbiterMonitor monitor;
     std::map<int, Lines> lines;
 

@@ -417,15 +417,15 @@ TEST_CASE("composer observer: which local pixel comes next, what is held and wha
     CHECK(observer.missing_pixels() == 2);
     CHECK(observer.free_pixels() == 6);
     CHECK(observer.running());
-    for (int place = 0; place < 8; ++place) {
-        INFO("raster position " << place);
+    for (int position = 0; position < 8; ++position) {
+        INFO("raster position " << position);
         const monitors::ComposerObserver::LocalPixel local = next();
-        CHECK(local.index == place % 4 / 2);
-        CHECK(local.column == place % 4 / 2);
+        CHECK(local.index == position % 4 / 2);
+        CHECK(local.column == position % 4 / 2);
         CHECK(local.arrived);
         CHECK(local.pixel == Pixel(static_cast<std::uint64_t>(local.index) + 1));
-        CHECK(local.repeated == (place >= 4));
-        CHECK(local.last_use == (place >= 4 && place % 2 == 1));
+        CHECK(local.repeated == (position >= 4));
+        CHECK(local.last_use == (position >= 4 && position % 2 == 1));
         edge({});
         CHECK(observer.kept_pixels() == 0);
     }
@@ -440,7 +440,7 @@ TEST_CASE("composer observer: which local pixel comes next, what is held and wha
     edge(rtl::BusBeat::frame_start(1, true));
     CHECK_FALSE(observer.has_room_for_table());
     CHECK_FALSE(next().abandoned);
-    for (int place = 11; place < 16; ++place) edge(rtl::BusBeat{});
+    for (int position = 11; position < 16; ++position) edge(rtl::BusBeat{});
     CHECK_FALSE(observer.running());
     CHECK(observer.has_room_for_table());
     CHECK(observer.table_complete());

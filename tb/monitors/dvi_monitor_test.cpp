@@ -61,7 +61,7 @@ struct DviBench : AlteredBench {
 using Change = std::function<void(rtl::DviLink&)>;
 
 /// Changes one clock of a link of index 0, whose wires are named.
-std::function<void(DviBench&)> alter(rtl::SignalBank<rtl::DviLink> rtl::Wires::*links, int frame, int line,
+std::function<void(DviBench&)> alter(rtl::SignalArray<rtl::DviLink> rtl::Wires::*links, int frame, int line,
                                      int x, const Change& change) {
     return [=](DviBench& bench) {
         const DviTiming timing =

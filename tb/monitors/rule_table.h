@@ -93,9 +93,9 @@ class RuleTable {
             std::size_t count = 0;
             for (const monitors::Violation& violation : bench->violations) {
                 text += to_string(violation) + "\n";
-                const std::size_t place = count++;
-                if (others && place >= listed) continue;
-                const bool any = place < listed && reports[place].clock == kAnyClock;
+                const std::size_t index = count++;
+                if (others && index >= listed) continue;
+                const bool any = index < listed && reports[index].clock == kAnyClock;
                 found += Reported{violation.rule, violation.signal,
                                   any ? kAnyClock : violation.cycle - bench->clock_zero(), violation.frame,
                                   violation.clock}

@@ -41,13 +41,14 @@ struct ScoreboardBench : AlteredBench {
 using Change = std::function<void(ScoreboardBench&)>;
 
 /// Changes a raster pixel of display 1 as it leaves the stages from the first one named on (wire r leaves composer r).
-Change alter_pixel(int frame, std::int64_t place, std::size_t first_stage) {
+Change alter_pixel(int frame, std::int64_t position, std::size_t first_stage) {
     return [=](ScoreboardBench& bench) {
         bench.alter = [=, &bench, counts = std::vector<std::int64_t>(3, 0)](std::int64_t next,
                                                                             rtl::Wires& real) mutable {
             for (std::size_t r = 1; r <= 2; ++r) {
                 rtl::PipePixel pixel = real.pipe[r * 2].read();
-                if (!pixel.valid || counts[r]++ != frame * kRasterPixels + place || r < first_stage) continue;
+                if (!pixel.valid || counts[r]++ != frame * kRasterPixels + position || r < first_stage)
+                    continue;
                 if (r == first_stage) bench.edge = next;
                 pixel.pixel = Pixel(1, 2, 3, 255, 4);
                 bench.wires.pipe[r * 2].write(pixel);

@@ -167,7 +167,7 @@ class Mutate(unittest.TestCase):
         self.assertEqual(self.verdict("return size_of<2>();", "return size_of<3>();")["verdict"], "discarded")
 
     def test_all_survivors_known_to_be_equivalent_is_success(self):
-        survivors = [{key: one[key] for key in ("file", "original", "replacement", "place")} | {"reason": "shown"}
+        survivors = [{key: one[key] for key in ("file", "original", "replacement", "occurrence")} | {"reason": "shown"}
                      for one in self.first_results if one["verdict"] == "survived"]
         self.assertGreaterEqual(len(survivors), 4)
         done = self.again(survivors)
@@ -202,7 +202,7 @@ class Mutate(unittest.TestCase):
     def test_equivalents_of_other_files_do_not_matter_when_some_are_asked_for(self):
         written = {key: WRITTEN[0][key] for key in ("file", "original", "replacement")}
         self.write("tb/mutation/equivalent.json", json.dumps([AT_LIMIT | {"reason": ""},
-                                                              written | {"place": WRITTEN[0]["what"], "reason": ""}]))
+                                                              written | {"occurrence": WRITTEN[0]["what"], "reason": ""}]))
         self.addCleanup(self.write, "tb/mutation/equivalent.json", "[]")
         self.assertEqual(self.mutate("--list", "model/rtl/none").stdout, "")
 

@@ -126,8 +126,8 @@ class Arbiter final : public Lockstep<BusArbiter> {
         if (by_deadline() || rows == 0) return table;
         for (int row = 0; row < rows; ++row) table.slots.push_back(row);
         for (int extra = random.between(0, 6); extra > 0; --extra) {
-            const int place = random.between(0, static_cast<int>(table.slots.size()));
-            table.slots.insert(table.slots.begin() + place, random.between(0, rows - 1));
+            const int index = random.between(0, static_cast<int>(table.slots.size()));
+            table.slots.insert(table.slots.begin() + index, random.between(0, rows - 1));
         }
         return table;
     }

@@ -398,9 +398,9 @@ class Port final : private Parts, public Lockstep<BusPort> {
             next_.table_start = next_.start_before = now_.now;
             send(BusBeat::frame_start(frame(), rows == 0), 0);
         } else if ((now_.now - now_.table_start) % row_clocks() == 0) {
-            const int place = (now_.now - now_.table_start) / row_clocks() - 1;
-            send(BusBeat::table_row(frame(), static_cast<std::uint32_t>(place), row(place).row,
-                                    place == rows - 1),
+            const int index = (now_.now - now_.table_start) / row_clocks() - 1;
+            send(BusBeat::table_row(frame(), static_cast<std::uint32_t>(index), row(index).row,
+                                    index == rows - 1),
                  0);
         }
         ++due_.table_cycles;

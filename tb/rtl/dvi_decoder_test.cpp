@@ -48,9 +48,9 @@ ControlLine any_control_line(Random& random, int width, FrameKind kind, std::uin
     for (std::uint8_t& byte : content.payload) byte = static_cast<std::uint8_t>(random.bits());
     const int bytes = fixed_bytes + static_cast<int>(content.payload.size());
     const auto break_byte = [&](int first, int last) {
-        const int place = random.between(first, last);
-        line.pixels.at(static_cast<std::size_t>(place / 3)) ^= static_cast<unsigned>(random.between(1, 0xFF))
-                                                               << (16 - 8 * (place % 3));
+        const int offset = random.between(first, last);
+        line.pixels.at(static_cast<std::size_t>(offset / 3)) ^= static_cast<unsigned>(random.between(1, 0xFF))
+                                                                << (16 - 8 * (offset % 3));
     };
 
     constexpr int kOneDefect = 4;
@@ -205,18 +205,18 @@ class Decoder final : public Lockstep<DviDecoder> {
     }
     /// By the counts as they stand in the line, which may be wrong.
     void pass_payload() {
-        const auto byte = [this](int place) {
+        const auto byte = [this](int offset) {
             return static_cast<int>(
-                control_seen_[static_cast<std::size_t>(place / 3)] >> (16 - 8 * (place % 3)) & 0xFFU);
+                control_seen_[static_cast<std::size_t>(offset / 3)] >> (16 - 8 * (offset % 3)) & 0xFFU);
         };
-        for (int place = 3 * x_; place < 3 * x_ + 3; ++place) {
-            if (place < 18) continue;
+        for (int offset = 3 * x_; offset < 3 * x_ + 3; ++offset) {
+            if (offset < 18) continue;
             const int length_at = 16 + 16 * (byte(6) + 256 * byte(7));
             const int first = length_at + 2;
-            if (place < first || place >= first + byte(length_at) + 256 * byte(length_at + 1)) continue;
-            event_due_.payload.at(event_due_.payload_bytes++) = static_cast<std::uint8_t>(byte(place));
+            if (offset < first || offset >= first + byte(length_at) + 256 * byte(length_at + 1)) continue;
+            event_due_.payload.at(event_due_.payload_bytes++) = static_cast<std::uint8_t>(byte(offset));
             bench_.happened["payload behind more than 255 rows"] += length_at > 256 * 16 ? 1 : 0;
-            bench_.happened["payload behind its byte 255"] += place >= first + 256 ? 1 : 0;
+            bench_.happened["payload behind its byte 255"] += offset >= first + 256 ? 1 : 0;
         }
     }
     void end_line() {

@@ -248,8 +248,8 @@ TEST_CASE("handshake fault: random stalls hold each wire in their share of the e
     }
     for (const std::uint64_t seed : {1U, 2U, 7U}) {
         for (const Handshake handshake : {Handshake::kBusready, Handshake::kTableready, Handshake::kStall}) {
-            for (std::size_t place = 0; place < 64; ++place, ++wires) {
-                sequences.insert(hold_wire(50, seed, {handshake, place / 8, place % 8, "WIRE"}));
+            for (std::size_t index = 0; index < 64; ++index, ++wires) {
+                sequences.insert(hold_wire(50, seed, {handshake, index / 8, index % 8, "WIRE"}));
             }
         }
     }
@@ -352,19 +352,19 @@ class LossyBus final : public Lockstep<BusFault> {
             return;
         }
         Random& random = bench_.random;
-        const auto place = static_cast<std::uint32_t>(bench_.clock());  // no two beats are the same
+        const auto index = static_cast<std::uint32_t>(bench_.clock());  // no two beats are the same
         switch (random.between(0, 5)) {
             case 0:
                 sent_ = BusBeat{};
                 break;
             case 1:
-                sent_ = BusBeat::frame_start(place, random.one_in(2));
+                sent_ = BusBeat::frame_start(index, random.one_in(2));
                 break;
             case 2:
-                sent_ = BusBeat::table_row(1, place, segment_row({2, 3}), random.one_in(2));
+                sent_ = BusBeat::table_row(1, index, segment_row({2, 3}), random.one_in(2));
                 break;
             default:
-                sent_ = pixels(random.between(1, 2), place, random.between(1, 8));
+                sent_ = pixels(random.between(1, 2), index, random.between(1, 8));
                 break;
         }
     }

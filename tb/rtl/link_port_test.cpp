@@ -11,7 +11,7 @@
 #include "lockstep/lockstep.h"
 #include "support/scenarios.h"
 
-// BankKeeper's unit tests check which pair is answered when, in every order of events. The input framebuffer's tests
+// PairKeeper's unit tests check which pair is answered when, in every order of events. The input framebuffer's tests
 // check what the core sees of it at its pins. These tests check the port's own pins, at the link's clock.
 namespace metabuffer::test::link_port_test {
 namespace {

@@ -199,10 +199,11 @@ class RandomBus {
                 const int most = size / m + 2;
                 return random_.one_in(2) ? most : random_.between(1, most);
             };
-            const auto place = [&](int size) { return random_.between(1 - 2 * m, size - 1); };
+            const auto position = [&](int size) { return random_.between(1 - 2 * m, size - 1); };
             const Size raster{limits.raster_width_pixels, limits.raster_height_pixels};
-            const ViewportRow row = segment_row({count(raster.width), count(raster.height)},
-                                                {place(raster.width), place(raster.height)}, m, display_);
+            const ViewportRow row =
+                segment_row({count(raster.width), count(raster.height)},
+                            {position(raster.width), position(raster.height)}, m, display_);
             if (row_defect(row, limits) == RowDefect::kNone) return row;
         }
     }
@@ -250,7 +251,7 @@ class RandomBus {
 
     rtl::BusBeat wrong_beat(const monitors::ComposerObserver& composer, bool releases) {
         constexpr int kTooFarAhead = 65536;
-        const int newest = composer.frames_received();
+        const int newest = composer.newest_frame();
         const bool of_segment = newest >= 0 && table_ends_ && own_row_;
         std::vector<rtl::BusBeat> choice;
         const auto add = [&](rtl::BusBeat beat, int frame) {

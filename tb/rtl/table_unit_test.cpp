@@ -112,7 +112,7 @@ class Unit final : public Lockstep<TableUnit> {
   private:
     /// The slots that the host sends, as indices of the rows that it sends.
     struct Sent {
-        std::vector<int> places;
+        std::vector<int> slots;
         std::size_t bytes = 0;
         bool corrupt = false;
     };
@@ -144,13 +144,13 @@ class Unit final : public Lockstep<TableUnit> {
         sent_ = Sent{};
         for (int row = 0; row < rows; ++row) {
             for (int slots = random.between(random.one_in(8) ? 0 : 1, 3); slots > 0; --slots) {
-                sent_.places.push_back(row);
+                sent_.slots.push_back(row);
             }
         }
-        if (random.one_in(8)) sent_.places.push_back(rows);  // no such row
+        if (random.one_in(8)) sent_.slots.push_back(rows);  // no such row
         std::vector<std::uint8_t> payload;
         if (rows > 0 && !random.one_in(6))
-            payload = encode_slots(sent_.places, static_cast<std::size_t>(rows) + 1);
+            payload = encode_slots(sent_.slots, static_cast<std::size_t>(rows) + 1);
         sent_.corrupt = payload.empty() || random.one_in(8);
         if (sent_.corrupt && !payload.empty()) {
             if (random.one_in(2)) payload.pop_back();
@@ -185,11 +185,11 @@ class Unit final : public Lockstep<TableUnit> {
         if (given.sent.corrupt || given.bytes < given.sent.bytes) return std::nullopt;
         std::vector<int> slots;
         std::set<int> owners;
-        for (const int place : given.sent.places) {
-            const auto at = static_cast<std::size_t>(place);
+        for (const int slot : given.sent.slots) {
+            const auto at = static_cast<std::size_t>(slot);
             if (at >= given.rows.size() || given.defects[at] != RowDefect::kNone) return std::nullopt;
             slots.push_back(static_cast<int>(
-                std::count(given.defects.begin(), given.defects.begin() + place, RowDefect::kNone)));
+                std::count(given.defects.begin(), given.defects.begin() + slot, RowDefect::kNone)));
             owners.insert(slots.back());
         }
         return owners.size() == valid_rows(given).size() ? std::optional(slots) : std::nullopt;

@@ -138,16 +138,16 @@ TEST_CASE(
     // There is room for the folder's name, but not for the pipe's.
     constexpr std::size_t kLongestName = 4095;
     const std::string own_folder = "/metabuffer-XXXXXX";
-    std::string place = scratch.path().string();
-    while (place.size() + own_folder.size() < kLongestName) {
-        const std::size_t left = kLongestName - own_folder.size() - place.size();
-        place += left > 100 ? '/' + std::string(99, 'f') : std::string(left, 'f');
+    std::string folder = scratch.path().string();
+    while (folder.size() + own_folder.size() < kLongestName) {
+        const std::size_t left = kLongestName - own_folder.size() - folder.size();
+        folder += left > 100 ? '/' + std::string(99, 'f') : std::string(left, 'f');
     }
-    CAPTURE(place.size());
-    REQUIRE(std::filesystem::create_directories(place));
-    REQUIRE(setenv("TMPDIR", place.c_str(), 1) == 0);
+    CAPTURE(folder.size());
+    REQUIRE(std::filesystem::create_directories(folder));
+    REQUIRE(setenv("TMPDIR", folder.c_str(), 1) == 0);
     CHECK(error_of_start() == no_pipe + "File name too long");
-    CHECK(std::filesystem::is_empty(place));
+    CHECK(std::filesystem::is_empty(folder));
     CHECK_FALSE(std::filesystem::exists(scratch / "none.vcd"));
 }
 

@@ -59,8 +59,8 @@ class Buffer final : public Lockstep<WriteBuffer> {
         if (command_->kind == MemoryCommand::Kind::kWrite) {
             due.count = command_->count;
             for (std::size_t i = 0; i < due.count; ++i) {
-                const auto place = static_cast<int>(command_->columns[i]) % block_words_;
-                due.words[i] = halves_[drain_ ? 1 : 0].words[place];
+                const auto index = static_cast<int>(command_->columns[i]) % block_words_;
+                due.words[i] = halves_[drain_ ? 1 : 0].words[index];
             }
         }
         data_ = due;
@@ -70,16 +70,16 @@ class Buffer final : public Lockstep<WriteBuffer> {
         if (data_.seen().words != data_due_.words) fail("a lane of data_o is wrong");
         if (!write_->enable) return;
         const auto address = static_cast<int>(write_->address);
-        const int place = address % block_words_;
+        const int index = address % block_words_;
         Half& half = halves_[filling_];
-        half.words[place] = write_->data;
-        if (place != block_words_ - 1 && address != image_words_ - 1) return;
+        half.words[index] = write_->data;
+        if (index != block_words_ - 1 && address != image_words_ - 1) return;
         half.full_due = !half.full_due;
-        const int first = write_->device * image_pages_ * page_words_ + address - place;
-        half.block_due = WriteBlock{static_cast<std::uint64_t>(first), static_cast<std::uint32_t>(place + 1),
+        const int first = write_->device * image_pages_ * page_words_ + address - index;
+        half.block_due = WriteBlock{static_cast<std::uint64_t>(first), static_cast<std::uint32_t>(index + 1),
                                     write_->byte_mask};
         filling_ = 1 - filling_;
-        bench_.happened[place == block_words_ - 1 ? "a whole block" : "an image's last words"] += 1;
+        bench_.happened[index == block_words_ - 1 ? "a whole block" : "an image's last words"] += 1;
     }
     void reset() override {
         for (Half& half : halves_) {

@@ -10,7 +10,7 @@
 
 namespace metabuffer::test {
 
-struct Place {
+struct Position {
     int x = 0;
     int y = 0;
 };
@@ -20,7 +20,7 @@ struct Size {
 };
 
 /// A table row: `size` source pixels from `source`, to `destination` on the raster of display `dcomp`.
-inline ViewportRow table_row(int dcomp, Place source, Size size, Place destination, int multiple = 1) {
+inline ViewportRow table_row(int dcomp, Position source, Size size, Position destination, int multiple = 1) {
     ViewportRow row;
     row.dcomp = static_cast<std::uint16_t>(dcomp);
     row.sx = static_cast<std::uint16_t>(source.x);
@@ -34,7 +34,7 @@ inline ViewportRow table_row(int dcomp, Place source, Size size, Place destinati
 }
 
 /// The row of a segment that begins at the image's first pixel.
-inline ViewportRow segment_row(Size size, Place destination = {}, int multiple = 1, int dcomp = 1) {
+inline ViewportRow segment_row(Size size, Position destination = {}, int multiple = 1, int dcomp = 1) {
     return table_row(dcomp, {0, 0}, size, destination, multiple);
 }
 

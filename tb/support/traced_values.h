@@ -21,7 +21,7 @@ std::vector<std::string> traced_by(const Trace& trace) {
     trace(file);
     sc_core::sc_start(1, sc_core::SC_NS);
     sc_core::sc_close_vcd_trace_file(file);
-    std::map<std::string, std::size_t> places;  // by identifier
+    std::map<std::string, std::size_t> indices;  // by identifier
     std::vector<std::string> traced;
     std::vector<std::string> scopes;
     bool in_values = false;
@@ -38,15 +38,15 @@ std::vector<std::string> traced_by(const Trace& trace) {
         } else if (keyword == "$var") {
             stream >> type >> width >> identifier >> name;
             for (std::size_t i = scopes.size(); i > 1; --i) name.insert(0, scopes[i - 1] + ".");
-            places[identifier] = traced.size();
+            indices[identifier] = traced.size();
             traced.push_back(name.append("[").append(width).append("]="));
         } else if (in_values && keyword[0] == 'b') {
             stream >> identifier;
             const bool is_number = keyword.find('x') == std::string::npos;
-            traced.at(places.at(identifier)) +=
+            traced.at(indices.at(identifier)) +=
                 is_number ? std::to_string(std::stoull(keyword.substr(1), nullptr, 2)) : "x";
         } else if (in_values && (keyword[0] == '0' || keyword[0] == '1')) {
-            traced.at(places.at(keyword.substr(1))) += keyword[0];
+            traced.at(indices.at(keyword.substr(1))) += keyword[0];
         }
     }
     return traced;

@@ -64,7 +64,7 @@ void check_time_range(const Waveform& waveform, const ShownCycles& cycles) {
 }  // namespace
 
 TEST_CASE("help says what there is", "[program]") {
-    const Workplace place;
+    const Workplace work;
     const std::vector<RefusedCommand> commands{
         {"--help", {"run", "compare"}},
         {"run --help",
@@ -73,7 +73,7 @@ TEST_CASE("help says what there is", "[program]") {
           "5 --check and the model broke a rule"}},
         {"compare --help", {"SCENARIO", "--set", "--frames", "--no-images", "--quiet", "Exit status", "5 "}}};
     for (const auto& [arguments, words] : commands) {
-        const ProgramResult help = run_program(place, words_of(arguments));
+        const ProgramResult help = run_program(work, words_of(arguments));
         CHECK(help.status == kExitDone);
         CHECK(help.err.empty());
         for (const std::string& word : words) CHECK_THAT(help.out, Contains(word));
@@ -101,17 +101,17 @@ TEST_CASE("a bad scenario is refused in one line that says where and what", "[pr
         {"", {"empty"}},
         {"- 1\n- 2\n", {"map"}},
     };
-    const Workplace place;
+    const Workplace work;
     for (const auto& [text, words] : bad) {
-        place.write("scenario.yaml", text);
-        check_refused_commands(place, "run scenario.yaml --out out",
+        work.write("scenario.yaml", text);
+        check_refused_commands(work, "run scenario.yaml --out out",
                                {{"", std::vector<std::string>{"scenario.yaml"} + words}});
     }
 }
 
 TEST_CASE("each kind of bad command line is refused in one line", "[program][bad input]") {
-    const Workplace place;
-    check_refused_commands(place, "",
+    const Workplace work;
+    check_refused_commands(work, "",
                            {{"", {"--help"}},
                             {"walk", {"--help", "is not a command; use run, view, compare"}},
                             {"run", {"SCENARIO"}},
@@ -121,7 +121,7 @@ TEST_CASE("each kind of bad command line is refused in one line", "[program][bad
                             {"run scenario.yaml --out a.png", {"a.png"}},
                             {"run scenario.yaml --out a.png/below", {"a.png"}}});
     check_refused_commands(
-        place, "run scenario.yaml --out out ",
+        work, "run scenario.yaml --out out ",
         {{"--colour", {"--colour"}},
          {"--level poetry", {"--level", "rtl"}},
          {"--frames 0", {"--frames"}},
@@ -151,19 +151,19 @@ TEST_CASE("each kind of bad command line is refused in one line", "[program][bad
 
 /// Compared with what the functional level shows of the same frames, in which nothing starves.
 TEST_CASE("wrong pixels are those of the pictures that starvation has changed", "[program]") {
-    const Workplace place;
-    REQUIRE(run_program(place, {"run", "scenario.yaml", "--level", "functional", "--out", "right"}).status ==
+    const Workplace work;
+    REQUIRE(run_program(work, {"run", "scenario.yaml", "--level", "functional", "--out", "right"}).status ==
             kExitDone);
-    const auto picture = [&place](const std::string& folder, int display, int frame) {
+    const auto picture = [&work](const std::string& folder, int display, int frame) {
         const std::string file =
             "/display_" + std::to_string(display) + ".000" + std::to_string(frame) + ".png";
-        return image_codec().load({place / (folder + file), std::nullopt, 0.0}, DepthFormat::kA8Z16,
+        return image_codec().load({work / (folder + file), std::nullopt, 0.0}, DepthFormat::kA8Z16,
                                   {0.0, 100.0});
     };
     for (const std::string level : {"tlm", "rtl"}) {
         INFO(level);
-        REQUIRE(place.run(kNarrow + std::vector<std::string>{"--level", level}).status == kExitDone);
-        const json report = json::parse(text_of(place / "out/report.json"));
+        REQUIRE(work.run(kNarrow + std::vector<std::string>{"--level", level}).status == kExitDone);
+        const json report = json::parse(text_of(work / "out/report.json"));
         std::int64_t wrong = 0;
         for (int frame = 0; frame < 2; ++frame) {
             for (int display = 1; display <= 2; ++display) {
@@ -183,67 +183,67 @@ TEST_CASE("wrong pixels are those of the pictures that starvation has changed", 
         CHECK(report["totals"]["wrong_pixels"] == wrong);
         CHECK(report["totals"]["starved_pixels"].get<std::int64_t>() > wrong);
         const ProgramResult without =
-            place.run(kNarrow + std::vector<std::string>{"--level", level, "--no-images"});
+            work.run(kNarrow + std::vector<std::string>{"--level", level, "--no-images"});
         CHECK_THAT(without.out, Contains("shown wrong: not known without pictures"));
-        CHECK(json::parse(text_of(place / "out/report.json"))["totals"]["wrong_pixels"].is_null());
+        CHECK(json::parse(text_of(work / "out/report.json"))["totals"]["wrong_pixels"].is_null());
     }
 }
 
 /// Pixels are read when they are needed, so such an image is found in the middle of a run.
 TEST_CASE("an image with broken pixels is refused if a frame shows it, and does not matter otherwise",
           "[program]") {
-    const Workplace place;
-    place.write("b.ppm", "P6\n40 20\n255\n only so many pixels");
+    const Workplace work;
+    work.write("b.ppm", "P6\n40 20\n255\n only so many pixels");
     std::string text = with("{image: b.png, z: 0,\n        viewport: {x: 0,",
                             "{image: a.png, z: 0,\n        viewport: {x: 0,");
-    place.write("scenario.yaml", text.replace(text.find("b.png"), 5, "b.ppm"));
+    work.write("scenario.yaml", text.replace(text.find("b.png"), 5, "b.ppm"));
     for (const std::string level : {"tlm", "rtl", "functional"}) {
         INFO(level);
-        CHECK(run_program(place, {"run", "scenario.yaml", "--level", level, "--frames", "1", "--out", level})
+        CHECK(run_program(work, {"run", "scenario.yaml", "--level", level, "--frames", "1", "--out", level})
                   .status == kExitDone);
-        const ProgramResult refused = place.run({"--level", level, "--frames", "2"});
+        const ProgramResult refused = work.run({"--level", level, "--frames", "2"});
         check_refused(refused, {"scenario.yaml:10: ", "renderers[0].frames[1].image", "b.ppm"});
-        CHECK_FALSE(place.exists("out"));
+        CHECK_FALSE(work.exists("out"));
     }
-    CHECK(place.run({"--level", "tlm", "--no-images"}).status == kExitDone);
-    const ProgramResult compared = run_program(place, {"compare", "scenario.yaml"});
+    CHECK(work.run({"--level", "tlm", "--no-images"}).status == kExitDone);
+    const ProgramResult compared = run_program(work, {"compare", "scenario.yaml"});
     CHECK(compared.status == kExitBadInput);
     CHECK(compared.complains_in_one_line());
 }
 
 TEST_CASE("a run leaves pictures of every frame and the last one, a collage and a report", "[program]") {
-    const Workplace place;
-    const ProgramResult result = place.run({"--strict"});
+    const Workplace work;
+    const ProgramResult result = work.run({"--strict"});
     CHECK(result.status == kExitDone);
     CHECK(result.err.empty());
     for (const char* word : {"frames", "clocks", "frame rate", "latency", "buffer high water", "starved"}) {
         CHECK_THAT(result.out, Contains(word));
     }
     for (const std::string display : {"display_1", "display_2"}) {
-        CHECK(place.exists("out/" + display + ".0000.png"));
-        CHECK(place.exists("out/" + display + ".0001.png"));
-        CHECK_FALSE(place.exists("out/" + display + ".0002.png"));
-        CHECK(text_of(place / ("out/" + display + ".png")) ==
-              text_of(place / ("out/" + display + ".0001.png")));
-        CHECK(text_of(place / ("out/" + display + ".png")) !=
-              text_of(place / ("out/" + display + ".0000.png")));
+        CHECK(work.exists("out/" + display + ".0000.png"));
+        CHECK(work.exists("out/" + display + ".0001.png"));
+        CHECK_FALSE(work.exists("out/" + display + ".0002.png"));
+        CHECK(text_of(work / ("out/" + display + ".png")) ==
+              text_of(work / ("out/" + display + ".0001.png")));
+        CHECK(text_of(work / ("out/" + display + ".png")) !=
+              text_of(work / ("out/" + display + ".0000.png")));
     }
-    CHECK(place.exists("out/collage.png"));
+    CHECK(work.exists("out/collage.png"));
     std::size_t files = 0;
-    for (const auto& entry : std::filesystem::directory_iterator(place / "out")) {
+    for (const auto& entry : std::filesystem::directory_iterator(work / "out")) {
         INFO(entry.path());
         ++files;
     }
-    CHECK(place.exists("out/effective_scenario.yaml"));
+    CHECK(work.exists("out/effective_scenario.yaml"));
     CHECK(files == 9);  // no half-written file beside them
 }
 
 TEST_CASE("a run in which pixels starve names what keeps them from it, and each change does", "[program]") {
-    const Workplace place;
+    const Workplace work;
     const std::vector<std::string> narrow{"--set", "bus.width_bits=64",
                                           "--set", "memory.words_per_cycle=1",
                                           "--set", "composer.buffer_pixels=60"};
-    const std::string out = place.run(narrow).out;
+    const std::string out = work.run(narrow).out;
     const std::string title = "what would do, each by itself, as runs have shown:\n";
     REQUIRE(out.find(title) != std::string::npos);
     std::istringstream lines(out.substr(out.find(title) + title.size()));
@@ -256,11 +256,10 @@ TEST_CASE("a run in which pixels starve names what keeps them from it, and each 
             keys.insert((*found)[1]);
             change = change + std::vector<std::string>{"--set", (*found)[1].str() + "=" + (*found)[2].str()};
         }
-        CHECK_THAT(place.run(change).out, Contains("no pixel starved"));
+        CHECK_THAT(work.run(change).out, Contains("no pixel starved"));
         if (line.find("composer.buffer_pixels: ") == std::string::npos) continue;
         const int least = std::stoi(line.substr(line.rfind(' ')));
-        CHECK_THAT(place
-                       .run(change + std::vector<std::string>{"--set", "composer.buffer_pixels=" +
+        CHECK_THAT(work.run(change + std::vector<std::string>{"--set", "composer.buffer_pixels=" +
                                                                            std::to_string(least - 1)})
                        .out,
                    !Contains("no pixel starved"));
@@ -272,91 +271,90 @@ TEST_CASE("a run in which pixels starve names what keeps them from it, and each 
 
 TEST_CASE("a bus that is wider than its memory fills is named by what runs and what analyzes it",
           "[program]") {
-    const Workplace place;
+    const Workplace work;
     const std::string line =
         "256 bits wide, of which memory fills 64, 64 x memory.words_per_cycle; a bus of so many";
     const std::vector<std::string> wide{"--set", "memory.words_per_cycle=1"};
-    CHECK_THAT(place.run(wide).out, Contains(line));
-    CHECK_THAT(run_program(place, std::vector<std::string>{"analyze", "scenario.yaml"} + wide).out,
+    CHECK_THAT(work.run(wide).out, Contains(line));
+    CHECK_THAT(run_program(work, std::vector<std::string>{"analyze", "scenario.yaml"} + wide).out,
                Contains(line));
-    CHECK_THAT(place.run().out, !Contains("of which memory fills"));
+    CHECK_THAT(work.run().out, !Contains("of which memory fills"));
     const ProgramResult size =
-        run_program(place, std::vector<std::string>{"size", "scenario.yaml", "--minimize",
-                                                    "composer.buffer_pixels=80..200", "--over",
-                                                    "bus.width_bits=64,128,256"} +
-                               wide);
+        run_program(work, std::vector<std::string>{"size", "scenario.yaml", "--minimize",
+                                                   "composer.buffer_pixels=80..200", "--over",
+                                                   "bus.width_bits=64,128,256"} +
+                              wide);
     CHECK_THAT(size.out, Contains("buses of 2 points are wider than their memory fills"));
 }
 
 TEST_CASE("option --quiet prints nothing and results go to out/NAME by default", "[program]") {
-    const Workplace place;
-    const ProgramResult result = run_program(place, {"run", "scenario.yaml", "--quiet"});
+    const Workplace work;
+    const ProgramResult result = run_program(work, {"run", "scenario.yaml", "--quiet"});
     CHECK(result.status == kExitDone);
     CHECK(result.out.empty());
     CHECK(result.err.empty());
-    CHECK(place.exists("out/small/report.json"));
-    const ProgramResult traced = run_program(place, {"run", "scenario.yaml", "--quiet", "--trace", "t.vcd"});
+    CHECK(work.exists("out/small/report.json"));
+    const ProgramResult traced = run_program(work, {"run", "scenario.yaml", "--quiet", "--trace", "t.vcd"});
     CHECK(traced.status == kExitDone);
     CHECK(traced.out.empty());
     CHECK(traced.err.empty());
-    CHECK(place.exists("t.vcd"));
+    CHECK(work.exists("t.vcd"));
 }
 
 TEST_CASE("option --frames shows that many frames", "[program]") {
-    const Workplace place;
-    CHECK(place.run({"--frames", "1"}).status == kExitDone);
-    CHECK(place.report().at("frames").size() == 1);
-    CHECK(place.exists("out/display_1.png"));
-    CHECK_FALSE(place.exists("out/display_1.0000.png"));  // one frame needs no number
-    CHECK(place.run({"--frames", "5"}).status == kExitDone);
-    CHECK(place.report().at("frames").size() == 5);
-    CHECK(place.exists("out/display_2.0004.png"));
+    const Workplace work;
+    CHECK(work.run({"--frames", "1"}).status == kExitDone);
+    CHECK(work.report().at("frames").size() == 1);
+    CHECK(work.exists("out/display_1.png"));
+    CHECK_FALSE(work.exists("out/display_1.0000.png"));  // one frame needs no number
+    CHECK(work.run({"--frames", "5"}).status == kExitDone);
+    CHECK(work.report().at("frames").size() == 5);
+    CHECK(work.exists("out/display_2.0004.png"));
     // The last entry repeats.
-    CHECK(text_of(place / "out/display_2.0004.png") == text_of(place / "out/display_2.0001.png"));
+    CHECK(text_of(work / "out/display_2.0004.png") == text_of(work / "out/display_2.0001.png"));
 }
 
 TEST_CASE("option --set overrides what the file says", "[program]") {
-    const Workplace place;
-    CHECK(place
-              .run({"--set", "displays.background=[9, 8, 7]", "--set", "renderers.0.frames.1.viewport.x=20",
+    const Workplace work;
+    CHECK(work.run({"--set", "displays.background=[9, 8, 7]", "--set", "renderers.0.frames.1.viewport.x=20",
                     "--set", "name=other"})
               .status == kExitDone);
-    CHECK(place.report().at("scenario") == "other");
-    place.write("scenario.yaml", with("x: 5", "x: 20"));
-    CHECK(run_program(place,
-                      {"run", "scenario.yaml", "--set", "displays.background=[9, 8, 7]", "--out", "same"})
-              .status == kExitDone);
-    CHECK(text_of(place / "out/collage.png") == text_of(place / "same/collage.png"));
+    CHECK(work.report().at("scenario") == "other");
+    work.write("scenario.yaml", with("x: 5", "x: 20"));
+    CHECK(
+        run_program(work, {"run", "scenario.yaml", "--set", "displays.background=[9, 8, 7]", "--out", "same"})
+            .status == kExitDone);
+    CHECK(text_of(work / "out/collage.png") == text_of(work / "same/collage.png"));
 }
 
 TEST_CASE("displays with corrected colours show them at all levels, and the run says so", "[program]") {
-    const Workplace place;
+    const Workplace work;
     std::string table;
     for (int v = 0; v < 256; ++v) table += std::to_string(255 - v) + "," + std::to_string(v / 2) + ",9\n";
-    place.write("t.csv", table);
-    REQUIRE(place.run({"--no-images"}).status == kExitDone);
-    CHECK(place.report().at("displays")[0].at("corrected") == false);
-    CHECK(place.report().at("cost").at("correction_bits") == 0);
-    const auto clocks = place.report().at("core_cycles");
-    REQUIRE(run_program(place, {"run", "scenario.yaml", "--out", "plain"}).status == kExitDone);
+    work.write("t.csv", table);
+    REQUIRE(work.run({"--no-images"}).status == kExitDone);
+    CHECK(work.report().at("displays")[0].at("corrected") == false);
+    CHECK(work.report().at("cost").at("correction_bits") == 0);
+    const auto clocks = work.report().at("core_cycles");
+    REQUIRE(run_program(work, {"run", "scenario.yaml", "--out", "plain"}).status == kExitDone);
     const std::string note = "As the displays show it; colours corrected by displays.correction on display 2";
-    CHECK_THAT(text_of(place / "plain/collage.png"), !Contains("displays.correction"));
+    CHECK_THAT(text_of(work / "plain/collage.png"), !Contains("displays.correction"));
     for (const std::string level : {"functional", "rtl", "tlm"}) {
         INFO(level);
         std::vector<std::string> words{
             "run",     "scenario.yaml", "--out", level,
             "--level", level,           "--set", "displays.correction=[{display: 2, lut: t.csv}]"};
         if (level != "functional") words.emplace_back("--check");
-        const ProgramResult result = run_program(place, words);
+        const ProgramResult result = run_program(work, words);
         INFO(result.err);
         REQUIRE(result.status == kExitDone);
         CHECK_THAT(result.out, Contains("corrected   the colours of display 2, as their pictures show"));
-        CHECK_THAT(text_of(place / level / "collage.png"), Contains(note));
-        CHECK_THAT(text_of(place / level / "display_2.png"), !Contains("displays.correction"));
-        CHECK(text_of(place / level / "display_1.png") == text_of(place / "plain/display_1.png"));
-        CHECK(text_of(place / level / "display_2.png") != text_of(place / "plain/display_2.png"));
-        CHECK(text_of(place / level / "collage.png") == text_of(place / "functional/collage.png"));
-        const json report = place.report(level);
+        CHECK_THAT(text_of(work / level / "collage.png"), Contains(note));
+        CHECK_THAT(text_of(work / level / "display_2.png"), !Contains("displays.correction"));
+        CHECK(text_of(work / level / "display_1.png") == text_of(work / "plain/display_1.png"));
+        CHECK(text_of(work / level / "display_2.png") != text_of(work / "plain/display_2.png"));
+        CHECK(text_of(work / level / "collage.png") == text_of(work / "functional/collage.png"));
+        const json report = work.report(level);
         CHECK(report.at("displays")[0].at("corrected") == false);
         CHECK(report.at("displays")[1].at("corrected") == true);
         if (level == "functional") continue;
@@ -364,61 +362,61 @@ TEST_CASE("displays with corrected colours show them at all levels, and the run 
         CHECK(report.at("cost").at("correction_bits") == 3 * 256 * 8);
     }
     // The run's own scenario gives the same again.
-    REQUIRE(run_program(place, {"run", "rtl/effective_scenario.yaml", "--out", "again"}).status == kExitDone);
-    CHECK(text_of(place / "again/collage.png") == text_of(place / "rtl/collage.png"));
+    REQUIRE(run_program(work, {"run", "rtl/effective_scenario.yaml", "--out", "again"}).status == kExitDone);
+    CHECK(text_of(work / "again/collage.png") == text_of(work / "rtl/collage.png"));
 }
 
 TEST_CASE("a colour table is an input, which no result replaces", "[program]") {
-    const Workplace place;
+    const Workplace work;
     std::string table;
     for (int v = 0; v < 256; ++v) table += "1,2,3\n";
-    place.write("t.csv", table);
+    work.write("t.csv", table);
     const std::vector<std::string> settings{"--set", "displays.correction=[{display: 1, lut: t.csv}]"};
     for (const std::vector<std::string>& words :
          {std::vector<std::string>{"run", "scenario.yaml", "--trace", "t.csv"},
           std::vector<std::string>{"view", "scenario.yaml", "-o", "t.csv"}}) {
         INFO(words[0]);
-        const ProgramResult result = run_program(place, words + settings);
+        const ProgramResult result = run_program(work, words + settings);
         CHECK(result.status == kExitBadInput);
         CHECK(result.complains_in_one_line());
-        CHECK(text_of(place / "t.csv") == table);
+        CHECK(text_of(work / "t.csv") == table);
     }
 }
 
 TEST_CASE("all levels show the same pictures", "[program]") {
-    const Workplace place;
+    const Workplace work;
     const std::vector<std::string> settings{"--set", "displays.supersample=2", "--set", "composition=over"};
     for (const std::string level : {"functional", "rtl", "tlm"}) {
-        CHECK(run_program(place,
+        CHECK(run_program(work,
                           std::vector<std::string>{"run", "scenario.yaml", "--out", level, "--level", level} +
                               settings)
                   .status == kExitDone);
-        CHECK(place.report(level).at("level") == level);
+        CHECK(work.report(level).at("level") == level);
     }
     std::size_t pictures = 0;
-    for (const auto& entry : std::filesystem::directory_iterator(place / "functional")) {
+    for (const auto& entry : std::filesystem::directory_iterator(work / "functional")) {
         if (entry.path().extension() != ".png") continue;
         const std::string name = entry.path().filename().string();
         INFO(name);
         for (const std::string level : {"rtl", "tlm"}) {
-            CHECK(text_of(entry.path()) == text_of(place / level / name));
+            CHECK(text_of(entry.path()) == text_of(work / level / name));
         }
         ++pictures;
     }
     CHECK(pictures == 7);
-    json rtl = place.report("rtl");
+    json rtl = work.report("rtl");
     rtl["level"] = "tlm";
-    CHECK(rtl == place.report("tlm"));
+    CHECK(rtl == work.report("tlm"));
 }
 
 TEST_CASE("the level is tlm unless another is asked for or the trace needs it", "[program]") {
-    const Workplace place;
-    const auto level_of = [&place](const std::vector<std::string>& arguments) {
-        const ProgramResult result = place.run(arguments);
+    const Workplace work;
+    const auto level_of = [&work](const std::vector<std::string>& arguments) {
+        const ProgramResult result = work.run(arguments);
         INFO(result.err);
         CHECK(result.status == kExitDone);
         CHECK_THAT(result.out, Contains("million composer clocks a second") && Contains("simulated in"));
-        return place.report().at("level").get<std::string>();
+        return work.report().at("level").get<std::string>();
     };
     CHECK(level_of({}) == "tlm");
     CHECK(level_of({"--level", "tlm"}) == "tlm");
@@ -430,24 +428,24 @@ TEST_CASE("the level is tlm unless another is asked for or the trace needs it", 
 }
 
 TEST_CASE("option --no-images leaves the counters and no picture", "[program]") {
-    const Workplace place;
+    const Workplace work;
     for (const std::string level : {"tlm", "rtl"}) {
         INFO(level);
         const std::vector<std::string> at_level{"--level", level};
-        CHECK(place.run(at_level).status == kExitDone);
-        CHECK(place.exists("out/display_2.0001.png"));
-        const std::string report = text_of(place / "out/report.json");
+        CHECK(work.run(at_level).status == kExitDone);
+        CHECK(work.exists("out/display_2.0001.png"));
+        const std::string report = text_of(work / "out/report.json");
         // Files whose names are not the program's own belong to the user.
         for (const char* name : {"out/display_x.png", "out/my-collage.png", "out/display_1.png.txt"}) {
-            place.write(name, "mine");
+            work.write(name, "mine");
         }
 
-        const ProgramResult result = place.run(at_level + std::vector<std::string>{"--no-images"});
+        const ProgramResult result = work.run(at_level + std::vector<std::string>{"--no-images"});
         CHECK(result.status == kExitDone);
         CHECK_THAT(result.out, Contains("frame rate"));
-        CHECK(text_of(place / "out/report.json") == report);
+        CHECK(text_of(work / "out/report.json") == report);
         std::vector<std::string> names;
-        for (const auto& entry : std::filesystem::directory_iterator(place / "out")) {
+        for (const auto& entry : std::filesystem::directory_iterator(work / "out")) {
             names.push_back(entry.path().filename().string());
         }
         std::sort(names.begin(), names.end());
@@ -457,10 +455,10 @@ TEST_CASE("option --no-images leaves the counters and no picture", "[program]") 
 }
 
 TEST_CASE("option --pictures chooses which pictures are written, and they are the same", "[program]") {
-    const Workplace place;
-    const auto pictures = [&place] {
+    const Workplace work;
+    const auto pictures = [&work] {
         std::map<std::string, std::string> files;
-        for (const auto& entry : std::filesystem::directory_iterator(place / "out")) {
+        for (const auto& entry : std::filesystem::directory_iterator(work / "out")) {
             const std::string name = entry.path().filename().string();
             if (entry.path().extension() == ".png") files[name] = text_of(entry.path());
         }
@@ -472,7 +470,7 @@ TEST_CASE("option --pictures chooses which pictures are written, and they are th
         return result;
     };
     const std::vector<std::string> three_frames{"--frames", "3"};
-    REQUIRE(place.run(three_frames).status == kExitDone);
+    REQUIRE(work.run(three_frames).status == kExitDone);
     const auto all = pictures();
     CHECK(names(all) == std::vector<std::string>{"collage.png", "display_1.0000.png", "display_1.0001.png",
                                                  "display_1.0002.png", "display_1.png", "display_2.0000.png",
@@ -488,7 +486,7 @@ TEST_CASE("option --pictures chooses which pictures are written, and they are th
     for (const auto& [choice, expected] : choices) {
         for (const std::string level : {"tlm", "rtl"}) {
             INFO(choice << " at level " << level);
-            CHECK(place.run(three_frames + std::vector<std::string>{"--level", level, "--pictures", choice})
+            CHECK(work.run(three_frames + std::vector<std::string>{"--level", level, "--pictures", choice})
                       .status == kExitDone);
             const auto written = pictures();
             CHECK(names(written) == expected);
@@ -496,11 +494,11 @@ TEST_CASE("option --pictures chooses which pictures are written, and they are th
         }
     }
     // What is not numbered shows the last frame that was chosen.
-    CHECK(place.run(three_frames + std::vector<std::string>{"--pictures", "0-1"}).status == kExitDone);
+    CHECK(work.run(three_frames + std::vector<std::string>{"--pictures", "0-1"}).status == kExitDone);
     CHECK((pictures().at("display_1.png") == all.at("display_1.0001.png")));
 
     const std::string three = "run scenario.yaml --out out --frames 3 --pictures";
-    check_refused_commands(place, three,
+    check_refused_commands(work, three,
                            {{"=3", {"--pictures", "frames up to 2"}},
                             {"=2-9", {"--pictures", "frames up to 2"}},
                             {"=2-1", {"--pictures", "such as 2-5"}},
@@ -509,15 +507,15 @@ TEST_CASE("option --pictures chooses which pictures are written, and they are th
                             {"=1-", {"--pictures", "such as 2-5"}},
                             {"=99999999999", {"--pictures", "such as 2-5"}},
                             {" last --no-images", {"--no-images", "--pictures"}}});
-    CHECK(place.run({"--no-images", "--pictures", "none"}).status == kExitDone);
-    CHECK(place.run({"--level", "functional", "--pictures", "none"}).status == kExitBadInput);
+    CHECK(work.run({"--no-images", "--pictures", "none"}).status == kExitDone);
+    CHECK(work.run({"--level", "functional", "--pictures", "none"}).status == kExitBadInput);
 }
 
 /// Its keys are judged without the program (tb/unit/report).
 TEST_CASE("report.json is that of the run", "[program]") {
-    const Workplace place;
-    REQUIRE(place.run(kNarrow).status == kExitDone);
-    const json report = place.report();
+    const Workplace work;
+    REQUIRE(work.run(kNarrow).status == kExitDone);
+    const json report = work.report();
     CHECK(report.at("scenario") == "small");
     CHECK(report.at("core_cycles").get<std::int64_t>() > 0);
     CHECK(report.at("frames").size() == 2);
@@ -535,44 +533,44 @@ TEST_CASE("report.json is that of the run", "[program]") {
 }
 
 TEST_CASE("option --strict fails a run in which something starved or was rejected", "[program][repeat]") {
-    const Workplace place;
-    CHECK(place.run(kNarrow).status == kExitDone);
-    const ProgramResult starved = place.run(kNarrow + std::vector<std::string>{"--strict"});
+    const Workplace work;
+    CHECK(work.run(kNarrow).status == kExitDone);
+    const ProgramResult starved = work.run(kNarrow + std::vector<std::string>{"--strict"});
     CHECK(starved.status == kExitStrict);
     CHECK(starved.complains_in_one_line());
     CHECK_THAT(starved.err, Contains("--strict"));
-    CHECK_THAT(starved.err, Contains(std::to_string(total(place.report(), "starved_pixels")) + " pixels"));
-    CHECK(place.exists("out/display_1.png"));  // what there is to see is written all the same
+    CHECK_THAT(starved.err, Contains(std::to_string(total(work.report(), "starved_pixels")) + " pixels"));
+    CHECK(work.exists("out/display_1.png"));  // what there is to see is written all the same
 
-    place.write("scenario.yaml",
-                with("viewport: {x: 3, y: 2, multiple: 1}", "table: [[3, 0, 0, 4, 4, 0, 0, 1]]"));
-    CHECK(place.run().status == kExitDone);
-    CHECK(place.report().at("totals").at("rejected_rows").at("display") == 1);
-    const ProgramResult row = place.run({"--strict"});
+    work.write("scenario.yaml",
+               with("viewport: {x: 3, y: 2, multiple: 1}", "table: [[3, 0, 0, 4, 4, 0, 0, 1]]"));
+    CHECK(work.run().status == kExitDone);
+    CHECK(work.report().at("totals").at("rejected_rows").at("display") == 1);
+    const ProgramResult row = work.run({"--strict"});
     CHECK(row.status == kExitStrict);
     CHECK(row.complains_in_one_line());
 
-    place.write("scenario.yaml",
-                std::string(kScenario) + "faults: [{renderer: right, pair: 1, kind: crc, frame: depth}]\n");
-    CHECK(place.run().status == kExitDone);
-    CHECK(place.report().at("totals").at("rejected_frames").at("crc") == 1);
-    CHECK(place.run({"--strict"}).status == kExitStrict);
+    work.write("scenario.yaml",
+               std::string(kScenario) + "faults: [{renderer: right, pair: 1, kind: crc, frame: depth}]\n");
+    CHECK(work.run().status == kExitDone);
+    CHECK(work.report().at("totals").at("rejected_frames").at("crc") == 1);
+    CHECK(work.run({"--strict"}).status == kExitStrict);
 
-    place.write("scenario.yaml", kScenario);
-    CHECK(place.run({"--strict"}).status == kExitDone);
+    work.write("scenario.yaml", kScenario);
+    CHECK(work.run({"--strict"}).status == kExitDone);
 }
 
 TEST_CASE(
     "the watchdog ends a run in which nothing moves and says who waits for what, and the schedule stays",
     "[program][trace]") {
-    const Workplace place;
-    place.write("scenario.yaml",
-                std::string(kScenario) +
-                    "link_timeout_pairs: 1000\n"
-                    "watchdog_cycles: 2000\n"
-                    "faults: [{renderer: right, pair: 1, kind: delay, frame: colour, delay_pairs: 100}]\n");
+    const Workplace work;
+    work.write("scenario.yaml",
+               std::string(kScenario) +
+                   "link_timeout_pairs: 1000\n"
+                   "watchdog_cycles: 2000\n"
+                   "faults: [{renderer: right, pair: 1, kind: delay, frame: colour, delay_pairs: 100}]\n");
     for (const std::string level : {"rtl", "tlm"}) {
-        const ProgramResult result = place.run({"--level", level});
+        const ProgramResult result = work.run({"--level", level});
         INFO(result.err);
         CHECK(result.status == kExitWatchdog);
         CHECK_THAT(result.err, Contains("scenario.yaml"));
@@ -581,40 +579,40 @@ TEST_CASE(
         CHECK_THAT(result.err, Contains("input_framebuffer_2 waits for pair 1"));
         CHECK_THAT(result.err, Contains("composer_2_1 waits for the table of frame 1"));
         CHECK_THAT(result.err, !Contains("dvi_source_1"));  // its pairs are all sent
-        CHECK(place.exists("out/report.json"));             // so far as the run went
-        CHECK(place.report().at("displays")[0].at("frames_shown") == 1);
-        CHECK(place.report().at("watchdog").size() + 1 ==
+        CHECK(work.exists("out/report.json"));              // so far as the run went
+        CHECK(work.report().at("displays")[0].at("frames_shown") == 1);
+        CHECK(work.report().at("watchdog").size() + 1 ==
               static_cast<std::size_t>(std::count(result.err.begin(), result.err.end(), '\n')));
     }
-    CHECK(place.run({"--trace", "t.json"}).status == kExitWatchdog);
-    CHECK(json::parse(text_of(place / "t.json")).at("traceEvents").size() > 10);
+    CHECK(work.run({"--trace", "t.json"}).status == kExitWatchdog);
+    CHECK(json::parse(text_of(work / "t.json")).at("traceEvents").size() > 10);
 }
 
 TEST_CASE("pictures of an earlier run in the folder go when the watchdog ends this one before them",
           "[program]") {
-    const Workplace place;
+    const Workplace work;
     const std::vector<std::string> stuck{
         "--level",  "rtl",
         "--frames", "3",
         "--set",    "watchdog_cycles=20000",
         "--set",    "faults=[{renderer: left, display: 1, kind: busready_low, from_cycle: 0}]"};
-    CHECK(place.run({"--frames", "4"}).status == 0);
-    CHECK(place.exists("out/display_2.0003.png"));
-    CHECK(place.run(stuck).status == kExitWatchdog);
-    CHECK(place.report().at("displays").at(0).at("frames_shown") == 0);
+    CHECK(work.run({"--frames", "4"}).status == 0);
+    CHECK(work.exists("out/display_2.0003.png"));
+    CHECK(work.run(stuck).status == kExitWatchdog);
+    CHECK(work.report().at("displays").at(0).at("frames_shown") == 0);
     for (const char* const name :
          {"display_1.png", "display_2.png", "display_1.0000.png", "display_2.0003.png", "collage.png"}) {
         INFO(name);
-        CHECK_FALSE(place.exists(std::string("out/") + name));
+        CHECK_FALSE(work.exists(std::string("out/") + name));
     }
 }
 
 TEST_CASE("a trace shows the paper's signals around STARTFRAME by default", "[program][trace]") {
-    const Workplace place;
+    const Workplace work;
     const ProgramResult result =
-        place.run({"--trace", "t.vcd", "--trace-before", "50", "--trace-after", "100"});
+        work.run({"--trace", "t.vcd", "--trace-before", "50", "--trace-after", "100"});
     REQUIRE(result.status == kExitDone);
-    const Waveform waveform(place / "t.vcd");
+    const Waveform waveform(work / "t.vcd");
     const ShownCycles cycles = shown_cycles(result);
     check_time_range(waveform, cycles);
     CHECK(cycles.last - cycles.first == 150);
@@ -634,36 +632,36 @@ TEST_CASE("a trace shows the paper's signals around STARTFRAME by default", "[pr
         first_rise = std::min(first_rise, rise);
     }
     CHECK(first_rise == startframe);
-    const std::int64_t first_pixel = place.report().at("frames")[0].at("start_cycle").get<std::int64_t>();
+    const std::int64_t first_pixel = work.report().at("frames")[0].at("start_cycle").get<std::int64_t>();
     CHECK(startframe == (first_pixel - 1) * kPeriodPicoseconds);
 }
 
 TEST_CASE("a trace window is given by a frame, frames, clocks, or the first event",
           "[program][trace][repeat]") {
-    const Workplace place;
-    const auto traced = [&place](const std::string& window, const std::vector<std::string>& more = {}) {
+    const Workplace work;
+    const auto traced = [&work](const std::string& window, const std::vector<std::string>& more = {}) {
         const ProgramResult result =
-            place.run(std::vector<std::string>{"--trace", "t.vcd", "--trace-window", window, "--trace-before",
-                                               "20", "--trace-after", "30"} +
-                      more);
+            work.run(std::vector<std::string>{"--trace", "t.vcd", "--trace-window", window, "--trace-before",
+                                              "20", "--trace-after", "30"} +
+                     more);
         CHECK(result.status == kExitDone);
         CHECK(result.err.empty());
         return result;
     };
-    const auto start_of = [&place](std::size_t frame) {
-        return place.report().at("frames").at(frame).at("start_cycle").get<std::int64_t>();
+    const auto start_of = [&work](std::size_t frame) {
+        return work.report().at("frames").at(frame).at("start_cycle").get<std::int64_t>();
     };
-    const auto end_of = [&place](std::size_t frame) {
-        return place.report().at("frames").at(frame).at("end_cycle").get<std::int64_t>();
+    const auto end_of = [&work](std::size_t frame) {
+        return work.report().at("frames").at(frame).at("end_cycle").get<std::int64_t>();
     };
 
     ShownCycles cycles = shown_cycles(traced("startframe:1"));
-    check_time_range(Waveform(place / "t.vcd"), cycles);
+    check_time_range(Waveform(work / "t.vcd"), cycles);
     CHECK(cycles.first == start_of(1) - 1 - 20);
     CHECK(cycles.last == start_of(1) - 1 + 30);
 
     cycles = shown_cycles(traced("frames:0-1"));
-    check_time_range(Waveform(place / "t.vcd"), cycles);
+    check_time_range(Waveform(work / "t.vcd"), cycles);
     CHECK(cycles.first == start_of(0) - 1 - 20);
     CHECK(cycles.last == end_of(1) + 30);
 
@@ -672,27 +670,27 @@ TEST_CASE("a trace window is given by a frame, frames, clocks, or the first even
     CHECK(cycles.last == end_of(1) + 30);
 
     cycles = shown_cycles(traced("cycles:1000-1234"));
-    check_time_range(Waveform(place / "t.vcd"), cycles);
+    check_time_range(Waveform(work / "t.vcd"), cycles);
     CHECK(cycles.first == 1000);
     CHECK(cycles.last == 1234);
 
     cycles = shown_cycles(traced("all", {"--frames", "1"}));
     CHECK(cycles.first == 0);
-    CHECK(cycles.last == place.report().at("core_cycles").get<std::int64_t>() - 1);
-    const Waveform whole(place / "t.vcd");
+    CHECK(cycles.last == work.report().at("core_cycles").get<std::int64_t>() - 1);
+    const Waveform whole(work / "t.vcd");
     CHECK(whole.first_time() == 0);
     CHECK(whole.last_time() >= (cycles.last - 1) * kPeriodPicoseconds);  // the run stops in its last clock
     CHECK(whole.last_time() < (cycles.last + 1) * kPeriodPicoseconds);
 }
 
 TEST_CASE("a trace window can start at the first starved pixel", "[program][trace]") {
-    const Workplace place;
-    const ProgramResult result = place.run(
+    const Workplace work;
+    const ProgramResult result = work.run(
         kNarrow + std::vector<std::string>{"--trace", "t.vcd", "--trace-window", "first-starved-pixel",
                                            "--trace-before", "20", "--trace-after", "30"});
     REQUIRE(result.status == kExitDone);
     const ShownCycles cycles = shown_cycles(result);
-    const Waveform waveform(place / "t.vcd");
+    const Waveform waveform(work / "t.vcd");
     check_time_range(waveform, cycles);
     CHECK(cycles.last - cycles.first == 50);
     std::vector<std::int64_t> rises;
@@ -705,15 +703,15 @@ TEST_CASE("a trace window can start at the first starved pixel", "[program][trac
 }
 
 TEST_CASE("a trace window can start at the first BUSREADY drop in a burst", "[program][trace]") {
-    const Workplace place;
+    const Workplace work;
     const ProgramResult result =
-        place.run(kNarrow + std::vector<std::string>{"--set", "bus.width_bits=256", "--trace", "t.vcd",
-                                                     "--trace-window", "first-busready-drop",
-                                                     "--trace-before", "20", "--trace-after", "30"});
+        work.run(kNarrow + std::vector<std::string>{"--set", "bus.width_bits=256", "--trace", "t.vcd",
+                                                    "--trace-window", "first-busready-drop", "--trace-before",
+                                                    "20", "--trace-after", "30"});
     REQUIRE(result.status == kExitDone);
-    CHECK(total(place.report(), "busready_drops") > 0);
+    CHECK(total(work.report(), "busready_drops") > 0);
     const ShownCycles cycles = shown_cycles(result);
-    const Waveform waveform(place / "t.vcd");
+    const Waveform waveform(work / "t.vcd");
     check_time_range(waveform, cycles);
     CHECK(cycles.last - cycles.first == 50);
     const std::int64_t drop = (cycles.first + 20) * kPeriodPicoseconds;
@@ -728,32 +726,32 @@ TEST_CASE("a trace window can start at the first BUSREADY drop in a burst", "[pr
 
 TEST_CASE("a window whose event does not happen leaves no waveform or schedule and says so",
           "[program][trace]") {
-    const Workplace place;
+    const Workplace work;
     for (const std::string window :
          {"first-starved-pixel", "startframe:7", "frames:1-2", "cycles:90000000-90000001", "cycles:0-5"}) {
         for (const std::string trace : {"t.vcd", "t.json"}) {
             if (trace == "t.vcd" && window == "cycles:0-5") continue;  // a waveform has these clocks
             INFO(window << ", " << trace);
-            const ProgramResult result = place.run({"--trace", trace, "--trace-window", window});
+            const ProgramResult result = work.run({"--trace", trace, "--trace-window", window});
             CHECK(result.status == kExitDone);
             CHECK(result.complains_in_one_line());
             CHECK_THAT(result.err, StartsWith(trace == "t.vcd" ? "no waveform" : "no schedule: "));
-            CHECK_FALSE(place.exists(trace));
-            CHECK(place.exists("out/report.json"));
+            CHECK_FALSE(work.exists(trace));
+            CHECK(work.exists("out/report.json"));
         }
     }
 }
 
 TEST_CASE("the clock of an event is found where a fault of level rtl moves it", "[program][trace]") {
-    const Workplace place;
-    const auto startframe = [&place](const std::vector<std::string>& more) {
-        const ProgramResult result = place.run(
+    const Workplace work;
+    const auto startframe = [&work](const std::vector<std::string>& more) {
+        const ProgramResult result = work.run(
             std::vector<std::string>{"--trace", "t.vcd", "--trace-before", "0", "--trace-after", "0"} + more);
         CHECK(result.status == kExitDone);
         CHECK(result.err.empty());
         const ShownCycles cycles = shown_cycles(result);
         CHECK(cycles.first == cycles.last);
-        CHECK(place.report().at("frames")[0].at("start_cycle") == cycles.first + 1);
+        CHECK(work.report().at("frames")[0].at("start_cycle") == cycles.first + 1);
         return cycles.first;
     };
     const std::int64_t undisturbed = startframe({});
@@ -765,69 +763,69 @@ TEST_CASE("the clock of an event is found where a fault of level rtl moves it", 
 
 TEST_CASE("a waveform that misses its event since the levels differ comes with a line that says so",
           "[program][trace]") {
-    const Workplace place;
+    const Workplace work;
     const ProgramResult result =
-        run_program(METABUFFER_FAULTY_PROGRAM, place,
+        run_program(METABUFFER_FAULTY_PROGRAM, work,
                     {"run", "scenario.yaml", "--out", "out", "--set", "name=window", "--trace", "t.vcd"});
     CHECK(result.status == kExitDone);
     CHECK(result.complains_in_one_line());
     CHECK_THAT(result.err, StartsWith("waveform: ") && Contains("--trace-window cycles:"));
-    CHECK(place.exists("t.vcd"));
+    CHECK(work.exists("t.vcd"));
 }
 
 TEST_CASE("option --trace-modules chooses the blocks that are traced", "[program][trace]") {
-    const Workplace place;
+    const Workplace work;
     const std::vector<std::string> some{"--trace", "t.vcd", "--trace-modules", "composer_1_*,swap_lock"};
-    REQUIRE(place.run(some).status == kExitDone);
-    for (const std::string& name : Waveform(place / "t.vcd").names()) {
+    REQUIRE(work.run(some).status == kExitDone);
+    for (const std::string& name : Waveform(work / "t.vcd").names()) {
         INFO(name);
         const bool clock_or_reset = name.find('.') == std::string::npos;
         CHECK((clock_or_reset || name.rfind("composer_1_1.", 0) == 0 || name.rfind("composer_1_2.", 0) == 0 ||
                name.rfind("swap_lock.", 0) == 0));
     }
-    CHECK(Waveform(place / "t.vcd").has("composer_1_2.BUSREADY"));
-    CHECK_FALSE(Waveform(place / "t.vcd").has("composer_2_1.BUSREADY"));
+    CHECK(Waveform(work / "t.vcd").has("composer_1_2.BUSREADY"));
+    CHECK_FALSE(Waveform(work / "t.vcd").has("composer_2_1.BUSREADY"));
 
     // Options may stand before the scenario, too.
     const ProgramResult before = run_program(
-        place, std::vector<std::string>{"run"} + some +
-                   std::vector<std::string>{"--set", "bus.burst_pixels=16", "--out", "out", "scenario.yaml"});
+        work, std::vector<std::string>{"run"} + some +
+                  std::vector<std::string>{"--set", "bus.burst_pixels=16", "--out", "out", "scenario.yaml"});
     INFO(before.err);
     CHECK(before.status == kExitDone);
 }
 
 TEST_CASE("a trace changes nothing in the run", "[program][trace]") {
-    const Workplace place;
-    REQUIRE(place.run(kNarrow + std::vector<std::string>{"--level", "rtl"}).status == kExitDone);
-    REQUIRE(run_program(place, std::vector<std::string>{"run", "scenario.yaml", "--out", "traced", "--trace",
-                                                        "t.vcd", "--trace-window", "first-starved-pixel"} +
-                                   kNarrow)
+    const Workplace work;
+    REQUIRE(work.run(kNarrow + std::vector<std::string>{"--level", "rtl"}).status == kExitDone);
+    REQUIRE(run_program(work, std::vector<std::string>{"run", "scenario.yaml", "--out", "traced", "--trace",
+                                                       "t.vcd", "--trace-window", "first-starved-pixel"} +
+                                  kNarrow)
                 .status == kExitDone);
-    CHECK(text_of(place / "out/report.json") == text_of(place / "traced/report.json"));
-    CHECK(text_of(place / "out/collage.png") == text_of(place / "traced/collage.png"));
+    CHECK(text_of(work / "out/report.json") == text_of(work / "traced/report.json"));
+    CHECK(text_of(work / "out/collage.png") == text_of(work / "traced/collage.png"));
 }
 
 TEST_CASE("a .json trace is the schedule of the whole run and changes nothing in it", "[program][trace]") {
-    const Workplace place;
-    REQUIRE(place.run(kNarrow).status == kExitDone);
-    const std::string report = text_of(place / "out/report.json");
-    const std::string collage = text_of(place / "out/collage.png");
-    const ProgramResult result = place.run(kNarrow + std::vector<std::string>{"--trace", "t.json"});
+    const Workplace work;
+    REQUIRE(work.run(kNarrow).status == kExitDone);
+    const std::string report = text_of(work / "out/report.json");
+    const std::string collage = text_of(work / "out/collage.png");
+    const ProgramResult result = work.run(kNarrow + std::vector<std::string>{"--trace", "t.json"});
     CHECK(result.status == kExitDone);
     CHECK(result.err.empty());
     CHECK_THAT(result.out, Contains("schedule t.json") && Contains("ui.perfetto.dev"));
-    CHECK(text_of(place / "out/report.json") == report);
-    CHECK(text_of(place / "out/collage.png") == collage);
-    const json schedule = json::parse(text_of(place / "t.json"));
+    CHECK(text_of(work / "out/report.json") == report);
+    CHECK(text_of(work / "out/collage.png") == collage);
+    const json schedule = json::parse(text_of(work / "t.json"));
     CHECK(schedule.at("traceEvents").size() > 100);
 
     // Without pictures it is the same.
-    const std::string text = text_of(place / "t.json");
-    CHECK(place.run(kNarrow + std::vector<std::string>{"--trace", "t.json", "--no-images"}).status ==
+    const std::string text = text_of(work / "t.json");
+    CHECK(work.run(kNarrow + std::vector<std::string>{"--trace", "t.json", "--no-images"}).status ==
           kExitDone);
-    CHECK(text_of(place / "t.json") == text);
+    CHECK(text_of(work / "t.json") == text);
     std::size_t traces = 0;
-    for (const auto& entry : std::filesystem::directory_iterator(place.path())) {
+    for (const auto& entry : std::filesystem::directory_iterator(work.path())) {
         traces += entry.path().filename().string().rfind("t.", 0) == 0 ? 1 : 0;
     }
     CHECK(traces == 1);  // no half-written file beside it
@@ -855,8 +853,8 @@ struct Schedule {
     json facts;
 };
 
-Schedule schedule_of(const Workplace& place) {
-    const json file = json::parse(text_of(place / "t.json"));
+Schedule schedule_of(const Workplace& work) {
+    const json file = json::parse(text_of(work / "t.json"));
     const auto cycle_of = [](double microseconds) {
         return std::llround(microseconds * 1e6) / kPeriodPicoseconds;
     };
@@ -925,20 +923,20 @@ std::vector<ScheduleEvent> cut(const std::vector<ScheduleEvent>& slices, std::in
 }  // namespace
 
 TEST_CASE("a schedule's window holds what the whole schedule has there", "[program][trace]") {
-    const Workplace place;
+    const Workplace work;
     const std::vector<std::string> busy =
         kNarrow + std::vector<std::string>{"--frames", "2", "--no-images", "--trace", "t.json"};
-    REQUIRE(place.run(busy).status == kExitDone);
-    const std::string whole_text = text_of(place / "t.json");
-    const Schedule whole = schedule_of(place);
+    REQUIRE(work.run(busy).status == kExitDone);
+    const std::string whole_text = text_of(work / "t.json");
+    const Schedule whole = schedule_of(work);
     CHECK_FALSE(whole.facts.contains("window_first_cycle"));
-    const auto frame = [report = place.report()](std::size_t index, const char* key) {
+    const auto frame = [report = work.report()](std::size_t index, const char* key) {
         return report.at("frames").at(index).at(key).get<std::int64_t>();
     };
-    const std::int64_t end = place.report().at("core_cycles").get<std::int64_t>() - 1;
+    const std::int64_t end = work.report().at("core_cycles").get<std::int64_t>() - 1;
 
-    CHECK(place.run(busy + std::vector<std::string>{"--trace-window", "all"}).status == kExitDone);
-    CHECK((text_of(place / "t.json") == whole_text));
+    CHECK(work.run(busy + std::vector<std::string>{"--trace-window", "all"}).status == kExitDone);
+    CHECK((text_of(work / "t.json") == whole_text));
 
     struct Window {
         std::vector<std::string> options;
@@ -958,12 +956,12 @@ TEST_CASE("a schedule's window holds what the whole schedule has there", "[progr
     for (const Window& window : windows) {
         INFO(window.options.front());
         const ProgramResult result =
-            place.run(busy + std::vector<std::string>{"--trace-window"} + window.options);
+            work.run(busy + std::vector<std::string>{"--trace-window"} + window.options);
         CHECK(result.status == kExitDone);
         CHECK(result.err.empty());
         CHECK_THAT(result.out, Contains("schedule t.json: core clocks " + std::to_string(window.first) +
                                         " to " + std::to_string(window.last) + ", to be opened at"));
-        const Schedule shown = schedule_of(place);
+        const Schedule shown = schedule_of(work);
         CHECK(shown.facts.at("window_first_cycle") == window.first);
         CHECK(shown.facts.at("window_last_cycle") == window.last);
         CHECK((shown.slices == cut(whole.slices, window.first, window.last)));
@@ -988,7 +986,7 @@ TEST_CASE("a schedule's window holds what the whole schedule has there", "[progr
 }
 
 TEST_CASE("a schedule's window is put around the event that a waveform's is put around", "[program][trace]") {
-    const Workplace place;
+    const Workplace work;
     for (const char* window : {"first-starved-pixel", "first-busready-drop"}) {
         INFO(window);
         const std::vector<std::string> options =
@@ -996,20 +994,20 @@ TEST_CASE("a schedule's window is put around the event that a waveform's is put 
                                                "--trace-window", window,
                                                "--trace-before", "20",
                                                "--trace-after",  "30"};
-        const ProgramResult waveform = place.run(options + std::vector<std::string>{"--trace", "t.vcd"});
+        const ProgramResult waveform = work.run(options + std::vector<std::string>{"--trace", "t.vcd"});
         const ShownCycles cycles = shown_cycles(waveform);
         REQUIRE(cycles.last == cycles.first + 50);
-        REQUIRE(place.run(options + std::vector<std::string>{"--trace", "t.json"}).status == kExitDone);
-        const Schedule schedule = schedule_of(place);
+        REQUIRE(work.run(options + std::vector<std::string>{"--trace", "t.json"}).status == kExitDone);
+        const Schedule schedule = schedule_of(work);
         CHECK(schedule.facts.at("window_first_cycle") == cycles.first);
         CHECK(schedule.facts.at("window_last_cycle") == cycles.last);
     }
 }
 
 TEST_CASE("a schedule's window begins with what the buffers hold in a waveform", "[program][trace]") {
-    const Workplace place;
-    REQUIRE(place.run(kNarrow).status == kExitDone);
-    const auto start = place.report().at("frames")[0].at("start_cycle").get<std::int64_t>();
+    const Workplace work;
+    REQUIRE(work.run(kNarrow).status == kExitDone);
+    const auto start = work.report().at("frames")[0].at("start_cycle").get<std::int64_t>();
     int held_pixels = 0;
     for (const std::int64_t cycle : {start + 1, start + 100, start + 177}) {
         INFO(cycle);
@@ -1017,11 +1015,11 @@ TEST_CASE("a schedule's window begins with what the buffers hold in a waveform",
             kNarrow +
             std::vector<std::string>{"--no-images", "--trace-window",
                                      "cycles:" + std::to_string(cycle) + "-" + std::to_string(cycle + 50)};
-        REQUIRE(place.run(options + std::vector<std::string>{"--trace", "t.json"}).status == kExitDone);
-        REQUIRE(place.run(options + std::vector<std::string>{"--trace", "t.vcd"}).status == kExitDone);
-        const Schedule schedule = schedule_of(place);
+        REQUIRE(work.run(options + std::vector<std::string>{"--trace", "t.json"}).status == kExitDone);
+        REQUIRE(work.run(options + std::vector<std::string>{"--trace", "t.vcd"}).status == kExitDone);
+        const Schedule schedule = schedule_of(work);
         const std::map<std::string, int> held =
-            initial_values(place / "t.vcd", "beat_receiver", "buffer_held");
+            initial_values(work / "t.vcd", "beat_receiver", "buffer_held");
         for (const auto& [buffer, composer] :
              std::map<std::string, std::string>{{"renderer left, display 1", "composer_1_1"},
                                                 {"renderer left, display 2", "composer_1_2"},

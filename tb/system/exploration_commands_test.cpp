@@ -34,20 +34,19 @@ axes:
   - {key: composer.buffer_pixels, range: {from: 20, to: 59, step: 1}}
 )";
 
-ProgramResult sweep(const Workplace& place, const std::vector<std::string>& arguments = {}) {
-    return run_program(place, std::vector<std::string>{"sweep", "sweep.yaml", "-o", "r.db"} + arguments);
+ProgramResult sweep(const Workplace& work, const std::vector<std::string>& arguments = {}) {
+    return run_program(work, std::vector<std::string>{"sweep", "sweep.yaml", "-o", "r.db"} + arguments);
 }
 
 /// Starts a sweep in a shell, which then does something to it.
-ProgramResult sweep_and(const Workplace& place, const std::string& what) {
-    return run_script(place, "\"$0\" sweep sweep.yaml -o r.db --processes 2 & " + what);
+ProgramResult sweep_and(const Workplace& work, const std::string& what) {
+    return run_script(work, "\"$0\" sweep sweep.yaml -o r.db --processes 2 & " + what);
 }
 
 /// Some figures of every point, by its settings.
-std::map<std::string, std::vector<Value>> points_of(const Workplace& place,
-                                                    const std::string& file = "r.db") {
+std::map<std::string, std::vector<Value>> points_of(const Workplace& work, const std::string& file = "r.db") {
     std::map<std::string, std::vector<Value>> points;
-    const auto table = ResultsReader(place / file)
+    const auto table = ResultsReader(work / file)
                            .results({"bus.width_bits", "composer.buffer_pixels", "status", "starved_pixels",
                                      "core_cycles", "bursts"},
                                     "");
@@ -57,15 +56,15 @@ std::map<std::string, std::vector<Value>> points_of(const Workplace& place,
     return points;
 }
 
-std::size_t rows_in(const Workplace& place, const std::string& file = "r.db") {
-    return ResultsReader(place / file).results().rows.size();
+std::size_t rows_in(const Workplace& work, const std::string& file = "r.db") {
+    return ResultsReader(work / file).results().rows.size();
 }
 
 /// The same for a sweep that was killed, perhaps before it had made its tables; a reader then reports that there is
 /// nothing.
-std::size_t rows_left_in(const Workplace& place) {
+std::size_t rows_left_in(const Workplace& work) {
     try {
-        return rows_in(place);
+        return rows_in(work);
     } catch (const InputError& error) {
         CHECK_THAT(error.what(), Contains("holds no results"));
         return 0;
@@ -75,23 +74,22 @@ std::size_t rows_left_in(const Workplace& place) {
 }  // namespace
 
 TEST_CASE("sweep: every point is what run gives for its settings", "[program][sweep]") {
-    const Workplace place;
-    place.write("sweep.yaml", kSweep);
-    const ProgramResult result = sweep(place);
+    const Workplace work;
+    work.write("sweep.yaml", kSweep);
+    const ProgramResult result = sweep(work);
     CHECK(result.status == kExitDone);
     CHECK(result.err.empty());
     CHECK_THAT(result.out, Contains("80 of 80 points"));
-    const auto points = points_of(place);
+    const auto points = points_of(work);
     REQUIRE(points.size() == 80);
     for (const std::string width : {"16", "64"}) {
         for (const std::string buffer : {"20", "37", "59"}) {
             CAPTURE(width, buffer);
-            REQUIRE(place
-                        .run({"--no-images", "--quiet", "--set", "memory.page_words=16", "--set",
+            REQUIRE(work.run({"--no-images", "--quiet", "--set", "memory.page_words=16", "--set",
                               "composer.ready_space_pixels=8", "--set", "bus.width_bits=" + width, "--set",
                               "composer.buffer_pixels=" + buffer})
                         .status == kExitDone);
-            const auto report = place.report();
+            const auto report = work.report();
             const std::vector<Value> expected{std::string("done"),
                                               report["totals"]["starved_pixels"].get<std::int64_t>(),
                                               report["core_cycles"].get<std::int64_t>(),
@@ -100,28 +98,28 @@ TEST_CASE("sweep: every point is what run gives for its settings", "[program][sw
         }
     }
     // Nothing but the results, and nothing to be done the next time.
-    CHECK_FALSE(place.exists("r.db-wal"));
-    CHECK_FALSE(place.exists("r.db.lock"));
-    CHECK_THAT(sweep(place).out, Contains("80 points were there already"));
+    CHECK_FALSE(work.exists("r.db-wal"));
+    CHECK_FALSE(work.exists("r.db.lock"));
+    CHECK_THAT(sweep(work).out, Contains("80 points were there already"));
 }
 
 TEST_CASE("sweep: a colour table is one of its inputs, and results of another table are not gone on with",
           "[program][sweep]") {
-    const Workplace place;
-    const auto write_table = [&place](const std::string& row) {
+    const Workplace work;
+    const auto write_table = [&work](const std::string& row) {
         std::string table;
         for (int v = 0; v < 256; ++v) table += row + "\n";
-        place.write("t.csv", table);
+        work.write("t.csv", table);
     };
     write_table("1,2,3");
-    place.write("sweep.yaml",
-                "scenario: scenario.yaml\n"
-                "set: {displays.correction: [{display: 1, lut: t.csv}]}\n"
-                "axes: [{key: composer.buffer_pixels, values: [100, 200]}]\n");
-    REQUIRE(sweep(place).status == kExitDone);
-    CHECK_THAT(sweep(place).out, Contains("2 points were there already"));
+    work.write("sweep.yaml",
+               "scenario: scenario.yaml\n"
+               "set: {displays.correction: [{display: 1, lut: t.csv}]}\n"
+               "axes: [{key: composer.buffer_pixels, values: [100, 200]}]\n");
+    REQUIRE(sweep(work).status == kExitDone);
+    CHECK_THAT(sweep(work).out, Contains("2 points were there already"));
     write_table("1,2,4");
-    const ProgramResult changed = sweep(place);
+    const ProgramResult changed = sweep(work);
     CHECK(changed.status == kExitBadInput);
     CHECK(changed.complains_in_one_line());
     CHECK_THAT(changed.err, Contains("t.csv"));
@@ -129,31 +127,30 @@ TEST_CASE("sweep: a colour table is one of its inputs, and results of another ta
 
 TEST_CASE("sweep: level rtl gives the same figures, and its results are apart from those of level tlm",
           "[program][sweep][repeat]") {
-    const Workplace place;
-    place.write(
+    const Workplace work;
+    work.write(
         "sweep.yaml",
         "scenario: scenario.yaml\n"
         "axes: [{key: bus.width_bits, values: [16, 64]}, {key: composer.buffer_pixels, values: [20, 59]}]\n");
-    REQUIRE(sweep(place).status == kExitDone);
-    REQUIRE(run_program(place, {"sweep", "sweep.yaml", "-o", "rtl.db", "--level", "rtl"}).status ==
-            kExitDone);
-    const auto points = points_of(place, "rtl.db");
+    REQUIRE(sweep(work).status == kExitDone);
+    REQUIRE(run_program(work, {"sweep", "sweep.yaml", "-o", "rtl.db", "--level", "rtl"}).status == kExitDone);
+    const auto points = points_of(work, "rtl.db");
     CHECK(points.size() == 4);
-    CHECK(points == points_of(place));
-    const ResultsReader results(place / "rtl.db");
+    CHECK(points == points_of(work));
+    const ResultsReader results(work / "rtl.db");
     CHECK(results.identity().level == "rtl");
-    CHECK(ResultsReader(place / "r.db").identity().level == "tlm");
-    const ProgramResult mixed = sweep(place, {"--level", "rtl"});
+    CHECK(ResultsReader(work / "r.db").identity().level == "tlm");
+    const ProgramResult mixed = sweep(work, {"--level", "rtl"});
     CHECK(mixed.status == kExitBadInput);
     CHECK_THAT(mixed.err, Contains("of level tlm instead of level rtl"));
-    CHECK(points_of(place) == points);
+    CHECK(points_of(work) == points);
 }
 
 TEST_CASE("size: level rtl finds the value that level tlm finds", "[program][sweep][repeat]") {
-    const Workplace place;
-    const auto size = [&place](const std::string& level) {
-        return run_program(place, {"size", "scenario.yaml", "--minimize", "composer.buffer_pixels=16..200",
-                                   "--checks", "2", "--level", level, "--quiet"});
+    const Workplace work;
+    const auto size = [&work](const std::string& level) {
+        return run_program(work, {"size", "scenario.yaml", "--minimize", "composer.buffer_pixels=16..200",
+                                  "--checks", "2", "--level", level, "--quiet"});
     };
     const ProgramResult rtl = size("rtl");
     CHECK(rtl.status == kExitDone);
@@ -165,58 +162,58 @@ TEST_CASE("size: level rtl finds the value that level tlm finds", "[program][swe
 
 TEST_CASE("sweep: after kill -9 the same command goes on and the results are those of an undisturbed sweep",
           "[program][sweep]") {
-    Workplace place;
-    place.write("sweep.yaml", kSweep);
-    REQUIRE(sweep(place, {"--quiet"}).status == kExitDone);
-    const auto expected = points_of(place);
-    std::filesystem::remove(place / "r.db");
+    Workplace work;
+    work.write("sweep.yaml", kSweep);
+    REQUIRE(sweep(work, {"--quiet"}).status == kExitDone);
+    const auto expected = points_of(work);
+    std::filesystem::remove(work / "r.db");
     std::size_t kept = 0;
     for (const char* moment : {"0.35", "0.4", "0.5"}) {
-        sweep_and(place, std::string("sleep ") + moment + "; kill -9 $!; wait");
-        if (!place.exists("r.db")) continue;  // killed before there was anything
-        const std::size_t rows = rows_left_in(place);
+        sweep_and(work, std::string("sleep ") + moment + "; kill -9 $!; wait");
+        if (!work.exists("r.db")) continue;  // killed before there was anything
+        const std::size_t rows = rows_left_in(work);
         CHECK(rows >= kept);
         kept = rows;
     }
-    CHECK(sweep(place).status == kExitDone);
-    CHECK(points_of(place) == expected);
+    CHECK(sweep(work).status == kExitDone);
+    CHECK(points_of(work) == expected);
 }
 
 TEST_CASE("sweep: a signal to stop ends it in order", "[program][sweep]") {
-    const Workplace place;
+    const Workplace work;
     std::string many = kSweep;
     many.replace(many.find("to: 59"), 6, "to: 9000");
-    place.write("sweep.yaml", many);
+    work.write("sweep.yaml", many);
     // Once a point has ended, however slow the machine is: its settings and its status are in the journal or the file.
     const ProgramResult stopped = sweep_and(
-        place, "until grep -aFqs '\"}done' r.db r.db-wal; do sleep 0.05; done; kill -TERM $!; wait $!");
+        work, "until grep -aFqs '\"}done' r.db r.db-wal; do sleep 0.05; done; kill -TERM $!; wait $!");
     CHECK(stopped.status == kExitStopped);
     CHECK_THAT(stopped.err, Contains("the same command goes on from here"));
-    CHECK_FALSE(place.exists("r.db-wal"));
-    CHECK_FALSE(place.exists("r.db.lock"));
-    CHECK(rows_in(place) > 0);
+    CHECK_FALSE(work.exists("r.db-wal"));
+    CHECK_FALSE(work.exists("r.db.lock"));
+    CHECK(rows_in(work) > 0);
 }
 
 TEST_CASE("sweep: points that fail are kept with their reasons", "[program][sweep]") {
-    const Workplace place;
-    place.write("sweep.yaml",
-                "scenario: scenario.yaml\naxes:\n"
-                "  - {key: name, values: [good, crash, exit, error, exception, input, watchdog]}\n");
+    const Workplace work;
+    work.write("sweep.yaml",
+               "scenario: scenario.yaml\naxes:\n"
+               "  - {key: name, values: [good, crash, exit, error, exception, input, watchdog]}\n");
     const ProgramResult result =
-        run_program(METABUFFER_FAULTY_PROGRAM, place, {"sweep", "sweep.yaml", "-o", "r.db"});
+        run_program(METABUFFER_FAULTY_PROGRAM, work, {"sweep", "sweep.yaml", "-o", "r.db"});
     CHECK(result.status == kExitDone);
     CHECK_THAT(result.out, Contains("told to throw"));
     const std::string line =
         "6 of 7 points without a result: 1 invalid, 1 watchdog, 2 failed, 2 crashed; the column reason says "
         "why\n";
     CHECK(result.err == line);
-    const ProgramResult strict = run_program(METABUFFER_FAULTY_PROGRAM, place,
+    const ProgramResult strict = run_program(METABUFFER_FAULTY_PROGRAM, work,
                                              {"sweep", "sweep.yaml", "-o", "s.db", "--quiet", "--strict"});
     CHECK(strict.status == kExitStrict);
     CHECK(strict.out.empty());
     CHECK(strict.err == line);
     std::map<std::string, std::pair<std::string, std::string>> outcomes;
-    for (const auto& row : ResultsReader(place / "r.db").results({"name", "status", "reason"}, "").rows) {
+    for (const auto& row : ResultsReader(work / "r.db").results({"name", "status", "reason"}, "").rows) {
         outcomes[text_of(row[0])] = {text_of(row[1]), text_of(row[2])};
     }
     REQUIRE(outcomes.size() == 7);
@@ -233,14 +230,14 @@ TEST_CASE("sweep: points that fail are kept with their reasons", "[program][swee
 }
 
 TEST_CASE("sweep: a scenario that no point makes valid is bad input", "[program][sweep]") {
-    const Workplace place;
-    place.write("sweep.yaml", kSweep);
-    place.write("scenario.yaml", std::string(kScenario) + "frams: 2\n");
+    const Workplace work;
+    work.write("sweep.yaml", kSweep);
+    work.write("scenario.yaml", std::string(kScenario) + "frams: 2\n");
     for (const std::vector<std::string>& command :
          {std::vector<std::string>{"sweep", "sweep.yaml", "--quiet", "-o", "r.db"},
           std::vector<std::string>{"size", "scenario.yaml", "--quiet", "--minimize",
                                    "composer.buffer_pixels=1..99"}}) {
-        const ProgramResult result = run_program(place, command);
+        const ProgramResult result = run_program(work, command);
         CHECK(result.status == kExitBadInput);
         CHECK(result.complains_in_one_line());
         CHECK_THAT(result.err, Contains("scenario.yaml:") && Contains("the nearest is frames"));
@@ -248,70 +245,70 @@ TEST_CASE("sweep: a scenario that no point makes valid is bad input", "[program]
 }
 
 TEST_CASE("sweep: the list has every point in order and runs nothing", "[program][sweep]") {
-    const Workplace place;
-    place.write("sweep.yaml", std::string(kSweep) + "filter: composer.buffer_pixels >= bus.width_bits\n");
-    const ProgramResult result = run_program(place, {"sweep", "sweep.yaml", "--list"});
+    const Workplace work;
+    work.write("sweep.yaml", std::string(kSweep) + "filter: composer.buffer_pixels >= bus.width_bits\n");
+    const ProgramResult result = run_program(work, {"sweep", "sweep.yaml", "--list"});
     CHECK(result.status == kExitDone);
     const std::vector<std::string> lines = lines_of(result.out);
     REQUIRE(lines.size() == 40);  // 16 bits all of them, 64 bits none
     CHECK(lines.front() == "bus.width_bits=16 composer.buffer_pixels=20");
     CHECK(lines.back() == "bus.width_bits=16 composer.buffer_pixels=59");
-    CHECK_FALSE(place.exists("out"));
+    CHECK_FALSE(work.exists("out"));
 }
 
 TEST_CASE("sweep: changed input does not get mixed into old results", "[program][sweep]") {
-    const Workplace place;
-    place.write("sweep.yaml", kSweep);
-    REQUIRE(sweep(place, {"--quiet"}).status == kExitDone);
+    const Workplace work;
+    work.write("sweep.yaml", kSweep);
+    REQUIRE(sweep(work, {"--quiet"}).status == kExitDone);
     // More values are fine.
     std::string more = kSweep;
     more.replace(more.find("to: 59"), 6, "to: 61");
-    place.write("sweep.yaml", more);
-    CHECK_THAT(sweep(place).out, Contains("84 of 84 points") && Contains("80 points were there already"));
-    const std::string before = text_of(place / "r.db");
-    place.write("scenario.yaml", std::string(kScenario) + "frames: 1\n");
-    const ProgramResult refused = sweep(place);
+    work.write("sweep.yaml", more);
+    CHECK_THAT(sweep(work).out, Contains("84 of 84 points") && Contains("80 points were there already"));
+    const std::string before = text_of(work / "r.db");
+    work.write("scenario.yaml", std::string(kScenario) + "frames: 1\n");
+    const ProgramResult refused = sweep(work);
     CHECK(refused.status == kExitBadInput);
     CHECK(refused.complains_in_one_line());
     CHECK_THAT(refused.err, StartsWith("'r.db' holds results of other input"));
-    CHECK(text_of(place / "r.db") == before);
+    CHECK(text_of(work / "r.db") == before);
 }
 
 TEST_CASE("sweep: pictures are those that run writes", "[program][sweep]") {
-    const Workplace place;
-    place.write("sweep.yaml",
-                "scenario: scenario.yaml\npictures: true\naxes:\n"
-                "  - {key: renderers.1.frames.0.viewport.multiple, values: [1, 3]}\n");
-    REQUIRE(sweep(place, {"--quiet"}).status == kExitDone);
-    const ResultsReader results(place / "r.db");
+    const Workplace work;
+    work.write("sweep.yaml",
+               "scenario: scenario.yaml\npictures: true\naxes:\n"
+               "  - {key: renderers.1.frames.0.viewport.multiple, values: [1, 3]}\n");
+    REQUIRE(sweep(work, {"--quiet"}).status == kExitDone);
+    const ResultsReader results(work / "r.db");
     const auto rows = results.results({"run"}, "\"renderers.1.frames.0.viewport.multiple\" = 3").rows;
     REQUIRE(rows.size() == 1);
     const auto pictures = results.pictures(std::get<std::int64_t>(rows[0][0]));
     REQUIRE(pictures.size() == 2);
-    REQUIRE(place.run({"--quiet", "--set", "renderers.1.frames.0.viewport.multiple=3"}).status == kExitDone);
-    CHECK(pictures[0].second == text_of(place / "out" / "display_1.png"));
-    CHECK(pictures[1].second == text_of(place / "out" / "display_2.png"));
+    REQUIRE(work.run({"--quiet", "--set", "renderers.1.frames.0.viewport.multiple=3"}).status == kExitDone);
+    CHECK(pictures[0].second == text_of(work / "out" / "display_1.png"));
+    CHECK(pictures[1].second == text_of(work / "out" / "display_2.png"));
 }
 
 TEST_CASE("size: the smallest value is the one that trying all of them finds", "[program][size][repeat]") {
-    const Workplace place;
+    const Workplace work;
     const std::vector<std::string> settings{"--set", "memory.page_words=16", "--set",
                                             "composer.ready_space_pixels=8"};
     const ProgramResult found = run_program(
-        place,
+        work,
         std::vector<std::string>{"size", "scenario.yaml", "--minimize", "composer.buffer_pixels=1..200",
                                  "--over", "bus.width_bits=32,64,256", "--checks", "200", "-o", "size.db"} +
             settings);
     CHECK(found.status == kExitDone);
-    place.write("sweep.yaml",
-                "scenario: scenario.yaml\n"
-                "set: {memory.page_words: 16, composer.ready_space_pixels: 8}\n"
-                "axes:\n"
-                "  - {key: bus.width_bits, values: [32, 64, 256]}\n"
-                "  - {key: composer.buffer_pixels, range: {from: 1, to: 200, step: 1}}\n");
-    REQUIRE(sweep(place, {"--quiet"}).status == kExitDone);
-    const ResultsReader all(place / "r.db");
-    const auto rows = ResultsReader(place / "size.db")
+    work.write("sweep.yaml",
+               "scenario: scenario.yaml\n"
+               "set: {memory.page_words: 16, composer.ready_space_pixels: 8}\n"
+               "axes:\n"
+               "  - {key: bus.width_bits, values: [32, 64, 256]}\n"
+               "  - {key: composer.buffer_pixels, range: {from: 1, to: 200, step: 1}}\n");
+    REQUIRE(sweep(work, {"--quiet"}).status == kExitDone);
+    const ResultsReader all(work / "r.db");
+    const auto rows = ResultsReader(work / "size.db")
                           .results({"bus.width_bits", "smallest", "monotonic", "status"}, "")
                           .rows;
     REQUIRE(rows.size() == 3);
@@ -345,16 +342,16 @@ TEST_CASE("size: the smallest value is the one that trying all of them finds", "
 
 /// Tries all of a grid: the front is what no other machine undercuts in both keys.
 TEST_CASE("size: two keys give the front that trying all of them gives", "[program][size][repeat]") {
-    const Workplace place;
+    const Workplace work;
     const std::string sweep =
         "scenario: scenario.yaml\nset: {memory.words_per_cycle: 1, composer.ready_space_pixels: 16, "
         "bus.burst_pixels: 16}\naxes:\n  - {key: bus.width_bits, values: [16, 32, 64]}\n"
         "  - {key: composer.buffer_pixels, range: {from: 20, to: 400, step: 4}}\n";
-    place.write("grid.yaml", sweep);
-    REQUIRE(run_program(place, {"sweep", "grid.yaml", "-o", "grid.db", "--quiet"}).status == kExitDone);
+    work.write("grid.yaml", sweep);
+    REQUIRE(run_program(work, {"sweep", "grid.yaml", "-o", "grid.db", "--quiet"}).status == kExitDone);
     std::map<std::int64_t, std::int64_t> smallest;  // buffer by width
     for (const auto& row :
-         ResultsReader(place / "grid.db")
+         ResultsReader(work / "grid.db")
              .results({"bus.width_bits", "min(composer.buffer_pixels, 100000)"}, exploration::default_goal())
              .rows) {
         const auto width = std::get<std::int64_t>(row[0]);
@@ -371,17 +368,17 @@ TEST_CASE("size: two keys give the front that trying all of them gives", "[progr
     }
     REQUIRE(!expected.empty());
     const ProgramResult result =
-        run_program(place, {"size", "scenario.yaml", "--set", "memory.words_per_cycle=1", "--set",
-                            "composer.ready_space_pixels=16", "--set", "bus.burst_pixels=16", "--minimize",
-                            "bus.width_bits=16..64", "--minimize",
-                            "composer.buffer_pixels=" +
-                                [] {
-                                    std::string values;
-                                    for (int pixels = 20; pixels <= 400; pixels += 4)
-                                        values += (values.empty() ? "" : ",") + std::to_string(pixels);
-                                    return values;
-                                }(),
-                            "--checks", "400", "--quiet"});
+        run_program(work, {"size", "scenario.yaml", "--set", "memory.words_per_cycle=1", "--set",
+                           "composer.ready_space_pixels=16", "--set", "bus.burst_pixels=16", "--minimize",
+                           "bus.width_bits=16..64", "--minimize",
+                           "composer.buffer_pixels=" +
+                               [] {
+                                   std::string values;
+                                   for (int pixels = 20; pixels <= 400; pixels += 4)
+                                       values += (values.empty() ? "" : ",") + std::to_string(pixels);
+                                   return values;
+                               }(),
+                           "--checks", "400", "--quiet"});
     INFO(result.out << result.err);
     REQUIRE(result.status == kExitDone);
     std::string front;
@@ -399,11 +396,11 @@ TEST_CASE("size: two keys give the front that trying all of them gives", "[progr
 /// Whichever key comes first: each corner is found from both sides.
 TEST_CASE("size: the front of two keys is the same in either order, and a setting without one has a line",
           "[program][size][repeat]") {
-    const Workplace place;
+    const Workplace work;
     const std::string scenario = std::string(METABUFFER_SOURCE_DIRECTORY) + "/scenarios/case-4.yaml";
     const auto front = [&](const std::string& first, const std::string& second) {
         const ProgramResult result = run_program(
-            place, {"size", scenario, "--minimize", first, "--minimize", second, "--checks", "4", "--quiet"});
+            work, {"size", scenario, "--minimize", first, "--minimize", second, "--checks", "4", "--quiet"});
         CHECK(result.status == kExitDone);
         std::set<std::pair<int, int>> corners;
         for (const std::string& line : lines_of(result.out)) {
@@ -423,9 +420,9 @@ TEST_CASE("size: the front of two keys is the same in either order, and a settin
     CHECK((forth == turned));
 
     const ProgramResult slow =
-        run_program(place, {"size", scenario, "--minimize", "bus.burst_pixels=8..16", "--minimize",
-                            "composer.buffer_pixels", "--over", "clocks.dvi_out_mhz=5,100", "--frames", "3",
-                            "--frame-rate-hz", "300", "--quiet"});
+        run_program(work, {"size", scenario, "--minimize", "bus.burst_pixels=8..16", "--minimize",
+                           "composer.buffer_pixels", "--over", "clocks.dvi_out_mhz=5,100", "--frames", "3",
+                           "--frame-rate-hz", "300", "--quiet"});
     INFO(slow.out << slow.err);
     CHECK(slow.status == kExitDone);
     const std::vector<std::string> lines = lines_of(slow.out);
@@ -435,25 +432,25 @@ TEST_CASE("size: the front of two keys is the same in either order, and a settin
 }
 
 TEST_CASE("size: what arithmetic shows is not run, and stalling columns are reported", "[program][size]") {
-    const Workplace place;
+    const Workplace work;
     const std::vector<std::string> search{"size",       "scenario.yaml",
                                           "--minimize", "composer.buffer_pixels",
                                           "--frames",   "4",
                                           "--set",      "clocks.dvi_out_refresh_hz=1000"};
     const ProgramResult hopeless =
-        run_program(place, search + std::vector<std::string>{"--frame-rate-hz", "1100"});
+        run_program(work, search + std::vector<std::string>{"--frame-rate-hz", "1100"});
     CHECK_THAT(hopeless.out,
                Contains("no composer.buffer_pixels brings 1100 frames/s: too slow for it: the displays"));
     CHECK_THAT(hopeless.out, Contains(", 0 simulations"));
-    const ProgramResult met = run_program(place, search);
+    const ProgramResult met = run_program(work, search);
     CHECK_THAT(met.out, Contains("is too little and more than"));
     CHECK_THAT(met.out, Contains("with on_starvation: stall, whole pictures and at the same rate:\n"));
     CHECK_THAT(met.out, Contains("bottleneck") && Contains("stalled clocks"));
-    const ProgramResult quiet = run_program(place, search + std::vector<std::string>{"--quiet"});
+    const ProgramResult quiet = run_program(work, search + std::vector<std::string>{"--quiet"});
     CHECK_THAT(quiet.out, !Contains("stall"));
     const ProgramResult clock = run_program(
-        place, {"size", "scenario.yaml", "--minimize", "clocks.core_mhz=0.5..100+0.5", "--frames", "4",
-                "--set", "clocks.dvi_out_refresh_hz=5000", "--frame-rate-hz", "5000", "--quiet"});
+        work, {"size", "scenario.yaml", "--minimize", "clocks.core_mhz=0.5..100+0.5", "--frames", "4",
+               "--set", "clocks.dvi_out_refresh_hz=5000", "--frame-rate-hz", "5000", "--quiet"});
     INFO(clock.out);
     std::istringstream words(lines_of(clock.out).at(1));
     double mhz = 0.0;
@@ -466,12 +463,12 @@ TEST_CASE("size: what arithmetic shows is not run, and stalling columns are repo
 /// The displays limit the rate, whatever the machine could do. The first frame does not wait for them, so two frames
 /// can follow each other sooner than displays are refreshed.
 TEST_CASE("size: a frame rate is met up to the displays' own and never beyond it", "[program][size]") {
-    const Workplace place;
-    const auto answer = [&place](const std::string& frame_rate_hz) {
+    const Workplace work;
+    const auto answer = [&work](const std::string& frame_rate_hz) {
         const ProgramResult result =
-            run_program(place, {"size", "scenario.yaml", "--minimize", "composer.buffer_pixels=200..400",
-                                "--frames", "4", "--set", "clocks.dvi_out_refresh_hz=1000", "--quiet",
-                                "--checks", "0", "--frame-rate-hz", frame_rate_hz});
+            run_program(work, {"size", "scenario.yaml", "--minimize", "composer.buffer_pixels=200..400",
+                               "--frames", "4", "--set", "clocks.dvi_out_refresh_hz=1000", "--quiet",
+                               "--checks", "0", "--frame-rate-hz", frame_rate_hz});
         INFO(result.err);
         CHECK(result.status == kExitDone);
         return result.out;
@@ -504,15 +501,15 @@ TEST_CASE("size: wrong arguments are reported in a line and leave nothing", "[pr
 }
 
 TEST_CASE("export: rows are the points and conditions choose among them", "[program][export]") {
-    const Workplace place;
-    place.write("sweep.yaml", kSweep);
-    REQUIRE(sweep(place, {"--quiet"}).status == kExitDone);
-    const ProgramResult all = run_program(place, {"export", "r.db"});
+    const Workplace work;
+    work.write("sweep.yaml", kSweep);
+    REQUIRE(sweep(work, {"--quiet"}).status == kExitDone);
+    const ProgramResult all = run_program(work, {"export", "r.db"});
     CHECK(all.status == kExitDone);
     CHECK(lines_of(all.out).size() == 81);
-    const ProgramResult some = run_program(place, {"export", "r.db", "--format", "json", "--where",
-                                                   "bus.width_bits = 64 and composer.buffer_pixels < 23",
-                                                   "--columns", "composer.buffer_pixels,starved_pixels"});
+    const ProgramResult some = run_program(work, {"export", "r.db", "--format", "json", "--where",
+                                                  "bus.width_bits = 64 and composer.buffer_pixels < 23",
+                                                  "--columns", "composer.buffer_pixels,starved_pixels"});
     CHECK(some.status == kExitDone);
     const auto json = nlohmann::json::parse(some.out);
     REQUIRE(json.size() == 3);
@@ -522,54 +519,54 @@ TEST_CASE("export: rows are the points and conditions choose among them", "[prog
 }
 
 TEST_CASE("report: a page that holds the points and their reports", "[program][report]") {
-    const Workplace place;
-    place.write("sweep.yaml", kSweep);
-    REQUIRE(sweep(place, {"--quiet"}).status == kExitDone);
+    const Workplace work;
+    work.write("sweep.yaml", kSweep);
+    REQUIRE(sweep(work, {"--quiet"}).status == kExitDone);
     const ProgramResult result =
-        run_program(place, {"report", "r.db", "-o", "page.html", "--title", "Two <buses>"});
+        run_program(work, {"report", "r.db", "-o", "page.html", "--title", "Two <buses>"});
     CHECK(result.status == kExitDone);
     CHECK(result.err.empty());
-    const std::string page = text_of(place / "page.html");
+    const std::string page = text_of(work / "page.html");
     CHECK_THAT(page, Contains("Two &lt;buses&gt;") && !Contains("Two <buses>"));
     CHECK_THAT(page, Contains("composer.buffer_pixels"));
     // The same results make the same page.
-    REQUIRE(run_program(place, {"report", "r.db", "-o", "again.html", "--title", "Two <buses>"}).status ==
+    REQUIRE(run_program(work, {"report", "r.db", "-o", "again.html", "--title", "Two <buses>"}).status ==
             kExitDone);
-    CHECK(text_of(place / "again.html") == page);
+    CHECK(text_of(work / "again.html") == page);
 }
 
 TEST_CASE("plot: a chart as SVG and as PNG", "[program][plot][repeat]") {
-    const Workplace place;
+    const Workplace work;
     // Three frames, since the front's usual y is the frame rate.
-    place.write("scenario.yaml", std::string(kScenario) + R"(
+    work.write("scenario.yaml", std::string(kScenario) + R"(
   - name: third frame
     frames:
       - {image: a.png, z: 0, viewport: {x: 3, y: 2, multiple: 1}}
       - {image: a.png, z: 0, viewport: {x: 4, y: 2, multiple: 1}}
       - {image: a.png, z: 0, viewport: {x: 5, y: 2, multiple: 1}}
 )");
-    place.write("sweep.yaml", kSweep);
-    REQUIRE(sweep(place, {"--quiet"}).status == kExitDone);
+    work.write("sweep.yaml", kSweep);
+    REQUIRE(sweep(work, {"--quiet"}).status == kExitDone);
     for (const std::string chart : {"lines", "heatmap", "pareto", "policy", "histogram", "scatter"}) {
         CAPTURE(chart);
         const ProgramResult result =
-            run_program(place, {"plot", "r.db", "-o", chart + ".svg", "--chart", chart});
+            run_program(work, {"plot", "r.db", "-o", chart + ".svg", "--chart", chart});
         CHECK(result.err == "");
         REQUIRE(result.status == kExitDone);
-        CHECK_THAT(text_of(place / (chart + ".svg")), StartsWith("<svg"));
+        CHECK_THAT(text_of(work / (chart + ".svg")), StartsWith("<svg"));
     }
-    REQUIRE(run_program(place, {"plot", "r.db", "-o", "p.png", "--width", "300", "--height", "200"}).status ==
+    REQUIRE(run_program(work, {"plot", "r.db", "-o", "p.png", "--width", "300", "--height", "200"}).status ==
             kExitDone);
-    CHECK_THAT(text_of(place / "p.png"), StartsWith("\x89PNG"));
+    CHECK_THAT(text_of(work / "p.png"), StartsWith("\x89PNG"));
 }
 
 TEST_CASE("report and plot: wrong arguments are reported in a line and leave nothing",
           "[program][report][plot][repeat]") {
-    const Workplace place;
-    place.write("sweep.yaml", kSweep);
-    REQUIRE(sweep(place, {"--quiet"}).status == kExitDone);
-    place.write("text.db", "this is no database, but it is long enough to be one if it wanted to be one");
-    check_refused_commands(place, "",
+    const Workplace work;
+    work.write("sweep.yaml", kSweep);
+    REQUIRE(sweep(work, {"--quiet"}).status == kExitDone);
+    work.write("text.db", "this is no database, but it is long enough to be one if it wanted to be one");
+    check_refused_commands(work, "",
                            {{"report r.db", {"-o"}},
                             {"report none.db -o p.html", {"there is no such file"}},
                             {"report text.db -o p.html", {"text.db"}},

@@ -69,12 +69,12 @@ Renderer random_renderer(Random& random, const Scenario& scenario, int index) {
         } else {
             Viewport viewport;
             viewport.multiple = multiple;
-            const auto place = [&](int image, int extent) {
+            const auto position = [&](int image, int extent) {
                 const int room = extent - image * multiple;
                 return random.between(std::min(0, room) - extent / 8, std::max(0, room) + extent / 8);
             };
-            viewport.x = place(renderer.image_width_pixels, wall_width);
-            viewport.y = place(renderer.image_height_pixels, wall_height);
+            viewport.x = position(renderer.image_width_pixels, wall_width);
+            viewport.y = position(renderer.image_height_pixels, wall_height);
             entry.viewport = viewport;
             entry.table =
                 split_viewport(viewport, renderer.image_width_pixels, renderer.image_height_pixels, wall);

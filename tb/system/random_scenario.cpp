@@ -382,9 +382,9 @@ void choose_slots(std::uint64_t seed, Scenario& scenario) {
             for (int more = random.between(0, 9); more > 0; --more) {
                 const auto row =
                     static_cast<std::size_t>(random.between(0, static_cast<int>(entry.table.size()) - 1));
-                const auto place =
+                const auto slot =
                     static_cast<std::ptrdiff_t>(random.between(0, static_cast<int>(slots.size())));
-                slots.insert(slots.begin() + place, entry.table[row].dcomp);
+                slots.insert(slots.begin() + slot, entry.table[row].dcomp);
             }
             slots.resize(std::min(slots.size(), slots_in_payload(payload, entry.table.size())));
         }

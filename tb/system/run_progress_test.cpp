@@ -160,8 +160,8 @@ void check_shown_frames(const Run& run) {
     };
     const RunReport report = run(scenario, options).report;
     CHECK(shown.size() == kFrames * 2);
-    for (const auto& [place, said] : shown) {
-        const auto& [frame, display] = place;
+    for (const auto& [picture, said] : shown) {
+        const auto& [frame, display] = picture;
         INFO("frame " << frame << ", display " << display);
         CHECK(said.pairs == report.frames.at(frame).pairs);
         CHECK(said.starved_pixels == report.frames.at(frame).starved_pixels.at(display));

@@ -16,17 +16,17 @@ class ShownPictures {
           shown_(static_cast<std::size_t>(scenario.frames) * static_cast<std::size_t>(displays_)) {}
 
     void take(int frame, int display, const ColourImage& image) {
-        Shown& shown = shown_.at(place(frame, display));
+        Shown& shown = shown_.at(index(frame, display));
         shown.image = image;
         ++shown.times;
     }
     /// Null if the display never showed it.
     const ColourImage* picture(int frame, int display) const {
-        const Shown& shown = shown_.at(place(frame, display));
+        const Shown& shown = shown_.at(index(frame, display));
         return shown.times == 0 ? nullptr : &shown.image;
     }
     /// How often the frame was shown first: 1 in a whole run.
-    int times_shown(int frame, int display) const { return shown_.at(place(frame, display)).times; }
+    int times_shown(int frame, int display) const { return shown_.at(index(frame, display)).times; }
 
   private:
     struct Shown {
@@ -34,7 +34,7 @@ class ShownPictures {
         int times = 0;
     };
 
-    std::size_t place(int frame, int display) const {
+    std::size_t index(int frame, int display) const {
         return static_cast<std::size_t>(frame) * static_cast<std::size_t>(displays_) +
                static_cast<std::size_t>(display - 1);
     }

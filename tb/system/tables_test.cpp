@@ -20,8 +20,8 @@ using nlohmann::json;
 
 namespace {
 
-json answer(const Workplace& place, const std::vector<std::string>& words) {
-    const ProgramResult result = run_program(place, words);
+json answer(const Workplace& work, const std::vector<std::string>& words) {
+    const ProgramResult result = run_program(work, words);
     INFO(result.err);
     REQUIRE(result.status == kExitDone);
     return json::parse(result.out);
@@ -58,8 +58,8 @@ constexpr const char* kUnusual =
 }  // namespace
 
 TEST_CASE("keys: every key is listed with a meaning, and what must be given says so") {
-    const Workplace place;
-    const json keys = answer(place, {"keys", "--json"});
+    const Workplace work;
+    const json keys = answer(work, {"keys", "--json"});
     std::vector<std::string> paths;
     for (const json& key : keys) {
         INFO(key.dump());
@@ -87,25 +87,25 @@ TEST_CASE("keys: every key is listed with a meaning, and what must be given says
 }
 
 TEST_CASE("keys: a prefix selects, and one that begins no key is refused with the nearest") {
-    const Workplace place;
-    const ProgramResult bus = run_program(place, {"keys", "bus."});
+    const Workplace work;
+    const ProgramResult bus = run_program(work, {"keys", "bus."});
     CHECK(bus.status == kExitDone);
     CHECK_THAT(bus.out, Contains("bus.burst_pixels") && Contains("1 to 65535") && Contains("pixels"));
     CHECK_THAT(bus.out, !Contains("memory."));
-    CHECK_THAT(run_program(place, {"keys", "faults[].k"}).out, Contains("random_stalls"));
-    const ProgramResult wrong = run_program(place, {"keys", "composr"});
+    CHECK_THAT(run_program(work, {"keys", "faults[].k"}).out, Contains("random_stalls"));
+    const ProgramResult wrong = run_program(work, {"keys", "composr"});
     CHECK(wrong.status == kExitBadInput);
     CHECK(wrong.complains_in_one_line());
     CHECK_THAT(wrong.err, Contains("'composr'") && Contains("the nearest is composer"));
 }
 
 TEST_CASE("counters: every counter of a report and every figure is listed") {
-    const Workplace place;
-    const json tables = answer(place, {"counters", "--json"});
+    const Workplace work;
+    const json tables = answer(work, {"counters", "--json"});
     REQUIRE(tables.at("figures").size() == exploration::figure_kinds().size());
-    REQUIRE(run_program(place, {"run", "scenario.yaml", "--no-images", "--quiet", "--out", "out"}).status ==
+    REQUIRE(run_program(work, {"run", "scenario.yaml", "--no-images", "--quiet", "--out", "out"}).status ==
             kExitDone);
-    const json report = json::parse(text_of(place / "out/report.json"));
+    const json report = json::parse(text_of(work / "out/report.json"));
     for (const json& item : tables.at("costs"))
         CHECK(report.at("cost").contains(item.at("name").get<std::string>()));
     for (const json& counter : tables.at("counters")) {
@@ -118,21 +118,21 @@ TEST_CASE("counters: every counter of a report and every figure is listed") {
         CHECK((is_of_bus ? owner.at("bus") : owner).contains(name));
         CHECK((is_of_bus ? report.at("totals").at("bus") : report.at("totals")).contains(total));
     }
-    CHECK_THAT(run_program(place, {"counters"}).out,
+    CHECK_THAT(run_program(work, {"counters"}).out,
                Contains("busready_drops") && Contains("frames_per_second"));
 }
 
 TEST_CASE("a run leaves the scenario that it ran, and that file gives the same report") {
-    const Workplace place;
-    place.write("unusual.yaml", kUnusual);
-    const auto run = [&place](const std::string& scenario, const std::string& out,
-                              const std::vector<std::string>& more) {
+    const Workplace work;
+    work.write("unusual.yaml", kUnusual);
+    const auto run = [&work](const std::string& scenario, const std::string& out,
+                             const std::vector<std::string>& more) {
         std::vector<std::string> words{"run", scenario, "--quiet", "--out", out};
         words.insert(words.end(), more.begin(), more.end());
-        const ProgramResult result = run_program(place, words);
+        const ProgramResult result = run_program(work, words);
         INFO(result.err);
         REQUIRE(result.status == kExitDone);
-        return text_of(place / out / "report.json");
+        return text_of(work / out / "report.json");
     };
     for (const std::string level : {"tlm", "rtl", "functional"}) {
         INFO(level);
@@ -140,16 +140,16 @@ TEST_CASE("a run leaves the scenario that it ran, and that file gives the same r
             run("unusual.yaml", "out/first", {"--level", level, "--set", "memory.words_per_cycle=2"});
         const std::string again = run("out/first/effective_scenario.yaml", "out/again", {"--level", level});
         CHECK(first == again);
-        CHECK(text_of(place / "out/first/display_2.png") == text_of(place / "out/again/display_2.png"));
+        CHECK(text_of(work / "out/first/display_2.png") == text_of(work / "out/again/display_2.png"));
     }
     // Every key outside of lists, with its value; the name of the file that was run, not of this one.
-    const std::string effective = text_of(place / "out/first/effective_scenario.yaml");
+    const std::string effective = text_of(work / "out/first/effective_scenario.yaml");
     CHECK_THAT(effective, Contains("name: 'unusual'") && Contains("words_per_cycle: 2") &&
                               Contains("ready_space_pixels: 8") && Contains("frames: 2") &&
                               Contains("background: [1, 2, 3]") && Contains("watchdog_cycles: 0") &&
                               Contains("image: '../../a.png'") && Contains("it''s left_2"));
     // The same again, whatever was overridden before.
-    CHECK(text_of(place / "out/again/effective_scenario.yaml") == effective);
+    CHECK(text_of(work / "out/again/effective_scenario.yaml") == effective);
 }
 
 }  // namespace metabuffer::test::tables_test

@@ -88,10 +88,10 @@ struct RefusedCommand {
 };
 
 /// Commands that are refused, each after the same arguments, and that leave nothing.
-inline void check_refused_commands(const Workplace& place, const std::string& begin,
+inline void check_refused_commands(const Workplace& work, const std::string& begin,
                                    const std::vector<RefusedCommand>& commands) {
-    const auto visible = [&place] {
-        std::vector<std::string> names = place.names();
+    const auto visible = [&work] {
+        std::vector<std::string> names = work.names();
         const auto hidden = [](const std::string& name) { return name[0] == '.'; };
         names.erase(std::remove_if(names.begin(), names.end(), hidden), names.end());
         return names;
@@ -99,7 +99,7 @@ inline void check_refused_commands(const Workplace& place, const std::string& be
     const std::vector<std::string> before = visible();
     for (const RefusedCommand& command : commands) {
         INFO("metabuffer " << begin << command.arguments);
-        check_refused(run_program(place, words_of(begin + command.arguments)), command.words);
+        check_refused(run_program(work, words_of(begin + command.arguments)), command.words);
         CHECK(visible() == before);
     }
 }

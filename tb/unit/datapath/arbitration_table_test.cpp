@@ -129,8 +129,8 @@ TEST_CASE("arbitration: the host sends the policy's slot table, and the machine 
         INFO(policy.name);
         for (int trial = 0; trial < 100; ++trial) {
             ValidatedTable table{random_table(random), {}};
-            for (int place = 0; random.one_in(2); ++place)
-                table.rejected.push_back({place, RowDefect::kSource, ""});
+            for (int index = 0; random.one_in(2); ++index)
+                table.rejected.push_back({index, RowDefect::kSource, ""});
             const SentSlots taken =
                 sent_slots(policy.value, table, slot_payload(policy.value, table, kPlenty));
             CHECK_FALSE(taken.rejected);

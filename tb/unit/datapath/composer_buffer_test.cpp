@@ -24,7 +24,7 @@ constexpr test::Size kRaster{kWidth, kHeight};
 /// A buffer that keeps each frame's pixels by their index, in a map. It knows every frame there has been.
 struct NaiveBuffer {
     struct Frame {
-        int place = 0;        ///< in the buffer, of a frame that has begun
+        int entry = 0;        ///< in the buffer, of a frame that has begun
         bool missed = false;  ///< it has not begun
         bool complete = false, lost_table = false, abandoned = false;
         bool whole_at_end = false;  ///< all pixels had come when it was over
@@ -66,7 +66,7 @@ struct NaiveBuffer {
     }
     void begin_frame() {
         Frame frame;
-        frame.place = begun++ % 2;
+        frame.entry = begun++ % 2;
         frame.base = next_address;
         frames.push_back(frame);
     }
@@ -168,7 +168,7 @@ void check_state(const ComposerBuffer& buffer, const NaiveBuffer& wanted) {
     };
     for (std::size_t number = wanted.composited; number < wanted.frames.size(); ++number) {
         const NaiveBuffer::Frame& frame = wanted.frames[number];
-        if (!frame.missed) check_frame("frame_" + std::to_string(frame.place), number);
+        if (!frame.missed) check_frame("frame_" + std::to_string(frame.entry), number);
     }
     if (wanted.missing() == 0) return;
     REQUIRE(state["receiving_ended_frame"] == wanted.over());

@@ -140,7 +140,7 @@ bool is_valid(const ViewportRow& row, Size raster, Smoothing smoothing) {
 
 TEST_CASE("segment: a row shows, needs and releases its pixels as they are painted") {
     SECTION("the paper's sample table") {
-        for (const auto& [size, place] : {std::pair<Size, test::Place>{{75, 75}, {25, 25}},
+        for (const auto& [size, place] : {std::pair<Size, test::Position>{{75, 75}, {25, 25}},
                                           {{25, 75}, {0, 25}},
                                           {{75, 25}, {25, 0}},
                                           {{25, 25}, {0, 0}}}) {

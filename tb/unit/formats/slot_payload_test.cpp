@@ -36,14 +36,14 @@ TEST_CASE("slot payload: the slots that come are those that were sent") {
     test::Random random(seed);
     for (int trial = 0; trial < 2000; ++trial) {
         const int rows = random.one_in(10) ? random.between(1, 65536) : random.between(1, 20);
-        std::vector<int> places(static_cast<std::size_t>(random.between(0, 300)));
-        for (int& place : places) place = random.between(0, rows - 1);
-        const Bytes payload = encode_slots(places, static_cast<std::size_t>(rows));
-        REQUIRE(decode_slots(payload) == places);
+        std::vector<int> slots(static_cast<std::size_t>(random.between(0, 300)));
+        for (int& slot : slots) slot = random.between(0, rows - 1);
+        const Bytes payload = encode_slots(slots, static_cast<std::size_t>(rows));
+        REQUIRE(decode_slots(payload) == slots);
         // Just as many fit as the payload has room for.
         const std::size_t room = slots_in_payload(payload.size(), static_cast<std::size_t>(rows));
-        REQUIRE(room >= places.size());
-        REQUIRE(slots_in_payload(payload.size() - 1, static_cast<std::size_t>(rows)) <= places.size());
+        REQUIRE(room >= slots.size());
+        REQUIRE(slots_in_payload(payload.size() - 1, static_cast<std::size_t>(rows)) <= slots.size());
     }
 }
 
@@ -53,9 +53,9 @@ TEST_CASE("slot payload: a payload of another kind, or not as long as it says, i
     for (std::size_t bytes = 0; bytes < good.size(); ++bytes) {
         CHECK_FALSE(decode_slots(Bytes(good.begin(), good.begin() + static_cast<std::ptrdiff_t>(bytes))));
     }
-    const auto with = [&good](std::size_t place, std::uint8_t byte) {
+    const auto with = [&good](std::size_t slot, std::uint8_t byte) {
         Bytes changed = good;
-        changed[place] = byte;
+        changed[slot] = byte;
         return decode_slots(changed);
     };
     CHECK_FALSE(with(0, 'D'));

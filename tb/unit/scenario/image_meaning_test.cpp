@@ -83,7 +83,7 @@ constexpr int kColumns = 3;  ///< of the file
 constexpr int kRows = 2;
 
 /// Red says the row of the file and green the column.
-std::vector<std::uint8_t> places() {
+std::vector<std::uint8_t> sample_indices() {
     std::vector<std::uint8_t> samples;
     for (int row = 0; row < kRows; ++row) {
         for (int column = 0; column < kColumns; ++column) {
@@ -135,7 +135,7 @@ std::string exif_of(int orientation) {
 }
 
 void write_webp(const std::filesystem::path& file, int orientation) {
-    write_picture(file, kColumns, kRows, {}, places());
+    write_picture(file, kColumns, kRows, {}, sample_indices());
     const std::string simple = bytes_of(file);
     const std::string exif = exif_of(orientation);
     const std::string chunks = "VP8X\x0a\0\0\0\x08\0\0\0"s + number(kColumns - 1, 3, false) +
@@ -154,7 +154,7 @@ void write_radiance(const std::filesystem::path& file, const FirstSides& sides) 
     std::ofstream stream(file, std::ios::binary);
     stream << "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n"
            << words(sides.row, kRows) << " " << words(sides.column, kColumns) << "\n";
-    const std::vector<std::uint8_t> samples = places();
+    const std::vector<std::uint8_t> samples = sample_indices();
     for (std::size_t n = 0; n < samples.size(); ++n) {
         stream << static_cast<char>(samples[n]);
         if (n % 3 == 2) stream << '\x80';
@@ -168,7 +168,7 @@ void write_targa(const std::filesystem::path& file, const FirstSides& sides) {
     std::ofstream stream(file, std::ios::binary);
     stream << "\0\0\x02\0\0\0\0\0\0\0\0\0"s << number(kColumns, 2, false) << number(kRows, 2, false) << '\x18'
            << descriptor;
-    const std::vector<std::uint8_t> samples = places();
+    const std::vector<std::uint8_t> samples = sample_indices();
     for (std::size_t n = 0; n < samples.size(); n += 3) {
         stream << static_cast<char>(samples[n + 2]) << static_cast<char>(samples[n + 1])
                << static_cast<char>(samples[n]);
@@ -183,10 +183,10 @@ TEST_CASE("image: it is upright however its file says that it lies, and so is a 
     const auto by_library = [](const std::filesystem::path& file, const FirstSides& sides) {
         PictureFormat format;
         format.orientation = sides.orientation;
-        write_picture(file, kColumns, kRows, format, places());
+        write_picture(file, kColumns, kRows, format, sample_indices());
     };
     const auto png = [](const std::filesystem::path& file, const FirstSides& sides) {
-        write_picture(file, kColumns, kRows, {}, places());
+        write_picture(file, kColumns, kRows, {}, sample_indices());
         add_png_chunk(file, "eXIf" + exif_of(sides.orientation));
     };
     const auto webp = [](const std::filesystem::path& file, const FirstSides& sides) {
@@ -241,18 +241,18 @@ TEST_CASE("image: it is its display window, and what the data window leaves open
                                 {"over the left edge", -2, 1, 3, 2},
                                 {"over the top edge", 1, -2, 1, 4},
                                 {"larger", -2, -1, 8, 6}};
-    struct Place {
+    struct Window {
         const char* suffix;
         int x, y;
     };
-    for (const Place& place : {Place{"exr", 0, 0}, Place{"exr", 20, -1}, Place{"tif", 0, 0}}) {
+    for (const Window& window : {Window{"exr", 0, 0}, Window{"exr", 20, -1}, Window{"tif", 0, 0}}) {
         for (const Row& row : rows) {
-            INFO(place.suffix << ": " << row.what);
-            if (place.suffix == "tif"s && (row.data_x < 0 || row.data_y < 0)) continue;  // it cannot say so
+            INFO(window.suffix << ": " << row.what);
+            if (window.suffix == "tif"s && (row.data_x < 0 || row.data_y < 0)) continue;  // it cannot say so
             PictureFormat format{kRgba, TypeDesc::FLOAT};
-            format.display_window = OIIO::ROI(place.x, place.x + 4, place.y, place.y + 3);
-            format.data_x = place.x + row.data_x;
-            format.data_y = place.y + row.data_y;
+            format.display_window = OIIO::ROI(window.x, window.x + 4, window.y, window.y + 3);
+            format.data_x = window.x + row.data_x;
+            format.data_y = window.y + row.data_y;
             std::vector<float> samples;
             for (int y = row.data_y; y < row.data_y + row.height; ++y) {
                 for (int x = row.data_x; x < row.data_x + row.width; ++x) {
@@ -261,7 +261,7 @@ TEST_CASE("image: it is its display window, and what the data window leaves open
                     samples.insert(samples.end(), {column, line, 0.2F, 1.0F});
                 }
             }
-            const std::filesystem::path file = directory / ("a."s + place.suffix);
+            const std::filesystem::path file = directory / ("a."s + window.suffix);
             write_picture(file, row.width, row.height, format, samples);
             ImageFiles files{file};
             files.z = 0.5;

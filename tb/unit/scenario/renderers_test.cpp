@@ -292,19 +292,19 @@ TEST_CASE("renderers: images of one size, with Z, and what is wrong with one, ha
     const auto frame = [](const std::string& depth) {
         return with_frame("      - {image: colours.png" + depth + ", viewport: {x: 0, y: 0}}\n");
     };
-    const std::string place = "test.yaml:4: renderers[0].frames[0].";
+    const std::string where = "test.yaml:4: renderers[0].frames[0].";
     fixture.check_refusals({
         {frame(""),
-         place + "image: " + (fixture.directory() / "colours.png").string() +
+         where + "image: " + (fixture.directory() / "colours.png").string() +
              ": has the channels R, G and B and no Z; use depth, a file of Z, z, one depth for all of it, "
              "or depth_layer, a layer or a channel of the file"},
-        {frame(", z: 100.5"), place + "z: 100.5 is out of range; use 0 to 100"},
-        {frame(", z: -1"), {"depth_range=[-0.5, 7]"}, place + "z: -1 is out of range; use -0.5 to 7"},
-        {frame(", z: 11, depth_range: [10, 0]"), place + "z: 11 is out of range; use 0 to 10"},
+        {frame(", z: 100.5"), where + "z: 100.5 is out of range; use 0 to 100"},
+        {frame(", z: -1"), {"depth_range=[-0.5, 7]"}, where + "z: -1 is out of range; use -0.5 to 7"},
+        {frame(", z: 11, depth_range: [10, 0]"), where + "z: 11 is out of range; use 0 to 10"},
         {frame(", z: 1, depth_range: [3, 3]"),
-         place + "depth_range: near and far are both 3; use two different depths"},
+         where + "depth_range: near and far are both 3; use two different depths"},
         {frame(", z: 1, depth: colours.png"),
-         place + "z: is given together with a depth; use one of the two"},
+         where + "z: is given together with a depth; use one of the two"},
     });
     const Scenario scenario = fixture.parse(frame(", z: 25"));
     CHECK(scenario.renderers[0].images[0]->pixels().at(15, 7).z() == 16384);  // 65535 / 4, rounded

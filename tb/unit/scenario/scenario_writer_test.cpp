@@ -201,9 +201,9 @@ TEST_CASE("names that no file can hold are refused", "[scenario][writer]") {
 TEST_CASE("a folder that cannot be written is reported in one line", "[scenario][writer]") {
     const ScratchDirectory directory;
     const Scenario scenario = unusual_scenario(DepthFormat::kZ24);
-    const auto error_of = [&scenario](const std::filesystem::path& place) {
+    const auto error_of = [&scenario](const std::filesystem::path& folder) {
         try {
-            write_scenario(scenario, place);
+            write_scenario(scenario, folder);
         } catch (const OutputError& error) {
             return std::string(error.what());
         }

@@ -12,10 +12,10 @@ TEST_CASE("relay: a message has arrived when pass() returns, hop after hop", "[r
     std::vector<int> visited;
     int depth = 0;
     int deepest = 0;
-    std::function<void(int)> hop = [&](int place) {
+    std::function<void(int)> hop = [&](int hop_number) {
         deepest = std::max(deepest, ++depth);
-        visited.push_back(place);
-        if (place < 100'000) relay.pass([&hop, place] { hop(place + 1); });
+        visited.push_back(hop_number);
+        if (hop_number < 100'000) relay.pass([&hop, hop_number] { hop(hop_number + 1); });
         --depth;
     };
     relay.pass([&hop] { hop(0); });

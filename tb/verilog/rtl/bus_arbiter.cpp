@@ -35,9 +35,9 @@ constexpr int kRandomRegisters = 2;
 template <typename WidePin>
 void put_slot(WidePin& pin, int slot, int row) {
     for (int bit = 0; bit < kLineBits; ++bit) {
-        const int place = slot * kLineBits + bit;
-        const EData mask = EData{1} << (place % kWordBits);
-        EData& element = pin[static_cast<std::size_t>(place / kWordBits)];
+        const int position = slot * kLineBits + bit;
+        const EData mask = EData{1} << (position % kWordBits);
+        EData& element = pin[static_cast<std::size_t>(position / kWordBits)];
         element = ((row >> bit) & 1) != 0 ? element | mask : element & ~mask;
     }
 }

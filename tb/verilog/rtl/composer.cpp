@@ -164,7 +164,7 @@ void Composer::count(const Before& before) {
     const std::int64_t cycle = clock_edge_number(core_period_picoseconds_);
     count_frame(before, cycle);
     if (high(verilated_->starved_o)) {
-        count_glitch({static_cast<int>(verilated_->frame_o), before.x, before.y}, cycle);
+        count_starved_pixel({static_cast<int>(verilated_->frame_o), before.x, before.y}, cycle);
     }
     if (high(verilated_->stall_o)) {
         note_starved(cycle);

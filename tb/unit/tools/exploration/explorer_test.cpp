@@ -40,8 +40,8 @@ renderers:
   - frames: [{image: view.ppm, z: 0, viewport: {x: 0, y: 0}}]
 )";
 
-struct Place {
-    Place() {
+struct Workspace {
+    Workspace() {
         directory.write("view.ppm", image());
         directory.write("scenario.yaml", kScenario);
     }
@@ -116,11 +116,11 @@ SearchDescription buffer_search(std::int64_t to) {
 }  // namespace
 
 TEST_CASE("explorer: each simulation is a process of its own") {
-    const Place place;
-    const SweepPlan plan = place.plan("composer.buffer_pixels", numbers(10, 29));
+    const Workspace work;
+    const SweepPlan plan = work.plan("composer.buffer_pixels", numbers(10, 29));
     const Explorer explorer(
         plan, [](const Scenario& scenario, bool /*pictures*/) { return simulation_of(scenario, getpid()); });
-    ResultsDatabase results = ResultsDatabase::open(place.directory / "r.db", explorer.identity("1"));
+    ResultsDatabase results = ResultsDatabase::open(work.directory / "r.db", explorer.identity("1"));
     const Exploration exploration = explorer.run(&results, with_processes(3));
     REQUIRE(exploration.points.size() == 20);
     std::set<std::int64_t> processes;
@@ -137,9 +137,9 @@ TEST_CASE("explorer: each simulation is a process of its own") {
 }
 
 TEST_CASE("explorer: as many simulations run at once as were asked for and no more") {
-    const Place place;
-    const SweepPlan plan = place.plan("composer.buffer_pixels", numbers(10, 21));
-    const std::filesystem::path at_work = place.directory / "at-work";
+    const Workspace work;
+    const SweepPlan plan = work.plan("composer.buffer_pixels", numbers(10, 21));
+    const std::filesystem::path at_work = work.directory / "at-work";
     std::filesystem::create_directory(at_work);
     const Explorer explorer(plan, [&at_work](const Scenario& scenario, bool /*pictures*/) {
         // Each waits until it has seen three at work, itself among them: with fewer the test would not end.
@@ -167,8 +167,8 @@ TEST_CASE("explorer: as many simulations run at once as were asked for and no mo
 }
 
 TEST_CASE("explorer: a run that fails is a record with its reason and the others go on") {
-    const Place place;
-    const SweepPlan plan = place.plan(
+    const Workspace work;
+    const SweepPlan plan = work.plan(
         "name", {"fine", "abort", "leave", "input", "exception", "watchdog", "loop-killed", "also-fine"});
     const Explorer explorer(plan, [](const Scenario& scenario, bool /*pictures*/) {
         Simulation simulation = simulation_of(scenario, 1);
@@ -180,7 +180,7 @@ TEST_CASE("explorer: a run that fails is a record with its reason and the others
         if (scenario.name == "loop-killed") kill(getpid(), SIGKILL);
         return simulation;
     });
-    ResultsDatabase results = ResultsDatabase::open(place.directory / "r.db", explorer.identity("1"));
+    ResultsDatabase results = ResultsDatabase::open(work.directory / "r.db", explorer.identity("1"));
     const std::vector<PointRecord> points = explorer.run(&results, with_processes(2)).points;
     REQUIRE(points.size() == 8);
     const auto check = [&points](std::size_t n, RunStatus status, const std::string& reason) {
@@ -202,8 +202,8 @@ TEST_CASE("explorer: a run that fails is a record with its reason and the others
 }
 
 TEST_CASE("explorer: settings that make no scenario are recorded as the scenario's own error") {
-    const Place place;
-    const SweepPlan plan = place.plan("composer.buffer_pixels", {"16", "-3", "many"});
+    const Workspace work;
+    const SweepPlan plan = work.plan("composer.buffer_pixels", {"16", "-3", "many"});
     const Explorer explorer(plan, starving);
     const std::vector<PointRecord> points = explorer.run(nullptr, with_processes(1)).points;
     REQUIRE(points.size() == 3);
@@ -215,15 +215,15 @@ TEST_CASE("explorer: settings that make no scenario are recorded as the scenario
 }
 
 TEST_CASE("explorer: a killed sweep goes on with the points that had not ended") {
-    const Place place;
-    const std::filesystem::path started = place.directory / "started";
-    const SweepPlan plan = place.plan("composer.buffer_pixels", numbers(10, 209));
+    const Workspace work;
+    const std::filesystem::path started = work.directory / "started";
+    const SweepPlan plan = work.plan("composer.buffer_pixels", numbers(10, 209));
     const Explorer explorer(plan, [&started](const Scenario& scenario, bool /*pictures*/) {
         note(started, std::to_string(scenario.composer.buffer_pixels));
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
         return simulation_of(scenario, 1);
     });
-    const std::filesystem::path file = place.directory / "r.db";
+    const std::filesystem::path file = work.directory / "r.db";
     std::size_t kept = 0;
     // Killed again and again, a little later each time.
     for (int round = 1; round <= 4; ++round) {
@@ -247,21 +247,21 @@ TEST_CASE("explorer: a killed sweep goes on with the points that had not ended")
     }
     // Children of the killed ones die with them; until then they may still note their start.
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
-    const std::size_t before = place.lines("started").size();
+    const std::size_t before = work.lines("started").size();
     ResultsDatabase results = ResultsDatabase::open(file, explorer.identity("1"));
     const Exploration rest = explorer.run(&results, with_processes(3));
     CHECK(rest.points.size() == 200);
     CHECK(rest.progress.points_reused == kept);
     CHECK(rest.progress.runs == 200 - kept);
-    CHECK(place.lines("started").size() - before == 200 - kept);
+    CHECK(work.lines("started").size() - before == 200 - kept);
 }
 
 TEST_CASE("explorer: a search finds the smallest value and keeps every simulation") {
-    const Place place;
-    SweepPlan plan = place.plan("watchdog_cycles", {"100", "57", "1", "70000"});
+    const Workspace work;
+    SweepPlan plan = work.plan("watchdog_cycles", {"100", "57", "1", "70000"});
     plan.search = buffer_search(60'000);
     const Explorer explorer(plan, starving);
-    ResultsDatabase results = ResultsDatabase::open(place.directory / "r.db", explorer.identity("1"));
+    ResultsDatabase results = ResultsDatabase::open(work.directory / "r.db", explorer.identity("1"));
     const Exploration exploration = explorer.run(&results, with_processes(4));
     REQUIRE(exploration.points.size() == 4);
     CHECK(exploration.points[0].smallest == 100);
@@ -288,11 +288,11 @@ TEST_CASE("explorer: a search finds the smallest value and keeps every simulatio
 }
 
 TEST_CASE("explorer: runs whose result is known without simulation are left out of a search") {
-    const Place place;
-    SweepPlan plan = place.plan("watchdog_cycles", {"100", "57", "3"});
+    const Workspace work;
+    SweepPlan plan = work.plan("watchdog_cycles", {"100", "57", "3"});
     plan.search = buffer_search(60'000);
     const Explorer explorer(plan, starving);
-    ResultsDatabase results = ResultsDatabase::open(place.directory / "r.db", explorer.identity("1"));
+    ResultsDatabase results = ResultsDatabase::open(work.directory / "r.db", explorer.identity("1"));
     ExploreOptions options = with_processes(2);
     options.known = [](const Scenario& scenario) {
         KnownAnswer known;
@@ -309,7 +309,7 @@ TEST_CASE("explorer: runs whose result is known without simulation are left out 
     CHECK(exploration.points[2].status == RunStatus::kUnmet);
     CHECK(exploration.points[2].reason == "nothing helps");
     CHECK(exploration.points[2].runs == 0);
-    const ResultsReader::Table runs = ResultsReader(place.directory / "r.db").runs();
+    const ResultsReader::Table runs = ResultsReader(work.directory / "r.db").runs();
     const auto settings =
         std::find(runs.columns.begin(), runs.columns.end(), "settings") - runs.columns.begin();
     CHECK(!runs.rows.empty());
@@ -328,15 +328,15 @@ TEST_CASE("explorer: runs whose result is known without simulation are left out 
 }
 
 TEST_CASE("explorer: the cost is what the sweep says it is") {
-    const Place place;
-    SweepPlan plan = place.plan("composer.buffer_pixels", numbers(10, 12));
+    const Workspace work;
+    SweepPlan plan = work.plan("composer.buffer_pixels", numbers(10, 12));
     plan.cost = "3 * composer.buffer_pixels + 0.5 * buffer_bits";
     const Explorer explorer(
         plan, [](const Scenario& scenario, bool /*pictures*/) { return simulation_of(scenario, getpid()); });
-    ResultsDatabase results = ResultsDatabase::open(place.directory / "r.db", explorer.identity("1"));
+    ResultsDatabase results = ResultsDatabase::open(work.directory / "r.db", explorer.identity("1"));
     explorer.run(&results, with_processes(2));
-    const auto table = ResultsReader(place.directory / "r.db")
-                           .results({"composer.buffer_pixels", "cost", "buffer_bits"}, "");
+    const auto table =
+        ResultsReader(work.directory / "r.db").results({"composer.buffer_pixels", "cost", "buffer_bits"}, "");
     REQUIRE(table.rows.size() == 3);
     for (const std::vector<Value>& row : table.rows) {
         const auto pixels = static_cast<double>(std::get<std::int64_t>(row[0]));
@@ -346,13 +346,13 @@ TEST_CASE("explorer: the cost is what the sweep says it is") {
     // A file with another cost holds other results.
     SweepPlan other = plan;
     other.cost.clear();
-    CHECK_THROWS_AS(ResultsDatabase::open(place.directory / "r.db", Explorer(other, starving).identity("1")),
+    CHECK_THROWS_AS(ResultsDatabase::open(work.directory / "r.db", Explorer(other, starving).identity("1")),
                     InputError);
 }
 
 TEST_CASE("explorer: a clock is searched in fractions of a megahertz") {
-    const Place place;
-    SweepPlan plan = place.plan("watchdog_cycles", {"41"});
+    const Workspace work;
+    SweepPlan plan = work.plan("watchdog_cycles", {"41"});
     plan.search = describe_search("clocks.core_mhz", 1, 100, "test", 0.25);
     const Explorer explorer(plan, [](const Scenario& scenario, bool /*pictures*/) {
         Simulation simulation = simulation_of(scenario, 1);
@@ -360,19 +360,19 @@ TEST_CASE("explorer: a clock is searched in fractions of a megahertz") {
         simulation.report.composers[0].starved_pixels = starves ? 7 : 0;
         return simulation;
     });
-    ResultsDatabase results = ResultsDatabase::open(place.directory / "r.db", explorer.identity("1"));
+    ResultsDatabase results = ResultsDatabase::open(work.directory / "r.db", explorer.identity("1"));
     CHECK(explorer.run(&results, with_processes(2)).points[0].smallest == 10.5);
     const Exploration again = explorer.run(&results, with_processes(2));
     CHECK(again.progress.runs == 0);
     CHECK(again.points[0].smallest == 10.5);
     CHECK_FALSE(again.points[0].figures.empty());
-    const auto table = ResultsReader(place.directory / "r.db").results({"smallest"}, "");
+    const auto table = ResultsReader(work.directory / "r.db").results({"smallest"}, "");
     CHECK(table.rows[0][0] == Value(10.5));
 }
 
 TEST_CASE("explorer: a search that meets a crash is a failed point and not a guess") {
-    const Place place;
-    SweepPlan plan = place.plan("watchdog_cycles", {"100"});
+    const Workspace work;
+    SweepPlan plan = work.plan("watchdog_cycles", {"100"});
     plan.search = buffer_search(60'000);
     const Explorer explorer(plan, [](const Scenario& scenario, bool pictures) {
         if (scenario.composer.buffer_pixels == 64) abort_quietly();
@@ -386,8 +386,8 @@ TEST_CASE("explorer: a search that meets a crash is a failed point and not a gue
 }
 
 TEST_CASE("explorer: a stop ends it and leaves the rest for the next time") {
-    const Place place;
-    const SweepPlan plan = place.plan("composer.buffer_pixels", numbers(10, 109));
+    const Workspace work;
+    const SweepPlan plan = work.plan("composer.buffer_pixels", numbers(10, 109));
     const Explorer explorer(plan, starving);
     std::array<int, 2> ends{};
     REQUIRE(pipe(ends.data()) == 0);
@@ -396,7 +396,7 @@ TEST_CASE("explorer: a stop ends it and leaves the rest for the next time") {
     options.on_progress = [&ends](const Progress& progress) {
         if (progress.points_ended == 10) REQUIRE(write(ends[1], "x", 1) == 1);
     };
-    ResultsDatabase results = ResultsDatabase::open(place.directory / "r.db", explorer.identity("1"));
+    ResultsDatabase results = ResultsDatabase::open(work.directory / "r.db", explorer.identity("1"));
     const Exploration exploration = explorer.run(&results, options);
     close(ends[0]);
     close(ends[1]);
@@ -409,22 +409,22 @@ TEST_CASE("explorer: a stop ends it and leaves the rest for the next time") {
 }
 
 TEST_CASE("explorer: results of other input are refused") {
-    const Place place;
-    const SweepPlan plan = place.plan("composer.buffer_pixels", {"10"});
+    const Workspace work;
+    const SweepPlan plan = work.plan("composer.buffer_pixels", {"10"});
     const auto identity = [&plan] { return Explorer(plan, starving).identity("1"); };
     const ResultsIdentity first = identity();
     CHECK(identity().inputs == first.inputs);
     CHECK(first.inputs.count("(scenario)") == 1);
     CHECK(first.inputs.count("view.ppm") == 1);
     SECTION("another scenario") {
-        place.directory.write("scenario.yaml", std::string(kScenario) + "frames: 2\n");
+        work.directory.write("scenario.yaml", std::string(kScenario) + "frames: 2\n");
     }
     SECTION("another image") {
         std::string other = image();
         other[20] = '!';
-        place.directory.write("view.ppm", other);
+        work.directory.write("view.ppm", other);
     }
-    const std::filesystem::path file = place.directory / "r.db";
+    const std::filesystem::path file = work.directory / "r.db";
     { ResultsDatabase::open(file, first); }
     CHECK_THROWS_AS(ResultsDatabase::open(file, identity()), InputError);
     CHECK(Explorer(plan, starving).identity("2").fingerprint != first.fingerprint);
@@ -433,24 +433,24 @@ TEST_CASE("explorer: results of other input are refused") {
 }
 
 TEST_CASE("explorer: images that only later points show are input as well") {
-    const Place place;
-    place.directory.write("other.ppm", image());
-    const SweepPlan plan = place.plan("renderers.0.frames.0.image", {"missing.ppm", "view.ppm", "other.ppm"});
+    const Workspace work;
+    work.directory.write("other.ppm", image());
+    const SweepPlan plan = work.plan("renderers.0.frames.0.image", {"missing.ppm", "view.ppm", "other.ppm"});
     const auto identity = [&plan] { return Explorer(plan, starving).identity("1"); };
     const ResultsIdentity first = identity();
     CHECK(first.inputs.at("missing.ppm") == "missing");
     CHECK(first.inputs.at("other.ppm") == first.inputs.at("view.ppm"));
-    place.directory.write("other.ppm", image() + " ");
+    work.directory.write("other.ppm", image() + " ");
     CHECK(identity().inputs.at("other.ppm") != first.inputs.at("other.ppm"));
 }
 
 TEST_CASE("explorer: a scenario may be added to the results of others") {
-    const Place place;
-    place.directory.write("second.yaml", kScenario);
-    const auto plan_of = [&place](const std::vector<std::string>& scenarios) {
+    const Workspace work;
+    work.directory.write("second.yaml", kScenario);
+    const auto plan_of = [&work](const std::vector<std::string>& scenarios) {
         SweepDescription description;
         description.name = "test";
-        description.base = place.directory.path();
+        description.base = work.directory.path();
         description.axes.push_back(Axis{{kScenarioAxis}, {scenarios}, {"test"}});
         return make_plan(description);
     };
@@ -459,21 +459,21 @@ TEST_CASE("explorer: a scenario may be added to the results of others") {
           std::vector<std::string>{"second.yaml", "scenario.yaml"}}) {
         const SweepPlan plan = plan_of(scenarios);
         const Explorer explorer(plan, starving);
-        ResultsDatabase results = ResultsDatabase::open(place.directory / "r.db", explorer.identity("1"));
+        ResultsDatabase results = ResultsDatabase::open(work.directory / "r.db", explorer.identity("1"));
         const Exploration exploration = explorer.run(&results, with_processes(1));
         CHECK(exploration.points.size() == scenarios.size());
         CHECK(exploration.progress.runs == 1);
     }
-    place.directory.write("scenario.yaml", std::string(kScenario) + "# changed\n");
+    work.directory.write("scenario.yaml", std::string(kScenario) + "# changed\n");
     const SweepPlan plan = plan_of({"second.yaml", "scenario.yaml"});
-    CHECK_THROWS_AS(ResultsDatabase::open(place.directory / "r.db", Explorer(plan, starving).identity("1")),
+    CHECK_THROWS_AS(ResultsDatabase::open(work.directory / "r.db", Explorer(plan, starving).identity("1")),
                     InputError);
 }
 
 TEST_CASE("explorer: what was killed from outside or missed a file is tried again") {
-    const Place place;
-    const SweepPlan plan = place.plan("renderers.0.frames.0.image", {"view.ppm", "late.ppm"});
-    const std::filesystem::path go_file = place.directory / "go";
+    const Workspace work;
+    const SweepPlan plan = work.plan("renderers.0.frames.0.image", {"view.ppm", "late.ppm"});
+    const std::filesystem::path go_file = work.directory / "go";
     const Simulate simulate = [&go_file](const Scenario& scenario, bool /*pictures*/) {
         if (!std::filesystem::exists(go_file)) kill(getpid(), SIGKILL);
         return simulation_of(scenario, 1);
@@ -482,7 +482,7 @@ TEST_CASE("explorer: what was killed from outside or missed a file is tried agai
         const Explorer explorer(plan, simulate);
         ResultsIdentity identity = explorer.identity("1");
         identity.inputs.erase("late.ppm");  // the file has not changed, it has not been there so far
-        ResultsDatabase results = ResultsDatabase::open(place.directory / "r.db", identity);
+        ResultsDatabase results = ResultsDatabase::open(work.directory / "r.db", identity);
         std::vector<RunStatus> result;
         for (const PointRecord& point : explorer.run(&results, with_processes(1)).points) {
             result.push_back(point.status);
@@ -491,13 +491,13 @@ TEST_CASE("explorer: what was killed from outside or missed a file is tried agai
     };
     CHECK(statuses() == std::vector<RunStatus>{RunStatus::kCrashed, RunStatus::kInvalid});
     std::ofstream(go_file) << "go";
-    place.directory.write("late.ppm", image());
+    work.directory.write("late.ppm", image());
     CHECK(statuses() == std::vector<RunStatus>{RunStatus::kDone, RunStatus::kDone});
 }
 
 TEST_CASE("explorer: a simulation that does not come to an end is given up with its reason") {
-    const Place place;
-    const SweepPlan plan = place.plan("name", {"stuck"});
+    const Workspace work;
+    const SweepPlan plan = work.plan("name", {"stuck"});
     const Explorer explorer(plan, [](const Scenario& scenario, bool /*pictures*/) {
         kill(getpid(), SIGSTOP);
         return simulation_of(scenario, 1);
@@ -511,8 +511,8 @@ TEST_CASE("explorer: a simulation that does not come to an end is given up with 
 }
 
 TEST_CASE("explorer: a search over negative values that none meets ends as unmet") {
-    const Place place;
-    SweepPlan plan = place.plan("watchdog_cycles", {"70000"});
+    const Workspace work;
+    SweepPlan plan = work.plan("watchdog_cycles", {"70000"});
     plan.search = describe_search("renderers.0.frames.0.viewport.x", -9, -3, "test");
     const Explorer explorer(plan, starving);
     const std::vector<PointRecord> points = explorer.run(nullptr, with_processes(2)).points;

@@ -111,15 +111,15 @@ TEST_CASE("figures: those of report.json's totals are the same") {
     int compared = 0;
     for (const FigureKind& kind : figure_kinds()) {
         const std::string name = kind.name;
-        const auto& place = totals.at("bus").contains(name) ? totals.at("bus") : totals;
+        const auto& counters = totals.at("bus").contains(name) ? totals.at("bus") : totals;
         // The totals of these are by display and by cause.
-        if (!place.contains(name) || name == "frames_shown" || place.at(name).is_object()) continue;
+        if (!counters.contains(name) || name == "frames_shown" || counters.at(name).is_object()) continue;
         CAPTURE(name);
         const Value value = figure(report, small_machine(), name);
         if (const auto* whole = std::get_if<std::int64_t>(&value)) {
-            CHECK(*whole == place.at(name).get<std::int64_t>());
+            CHECK(*whole == counters.at(name).get<std::int64_t>());
         } else {
-            CHECK(std::get<double>(value) == place.at(name).get<double>());
+            CHECK(std::get<double>(value) == counters.at(name).get<double>());
         }
         ++compared;
     }

@@ -186,9 +186,9 @@ std::string integrity(const std::filesystem::path& file) {
 }
 
 Value cell(const ResultsReader::Table& table, std::size_t row, const std::string& column) {
-    const auto place = std::find(table.columns.begin(), table.columns.end(), column);
-    REQUIRE(place != table.columns.end());
-    return table.rows.at(row).at(static_cast<std::size_t>(place - table.columns.begin()));
+    const auto found = std::find(table.columns.begin(), table.columns.end(), column);
+    REQUIRE(found != table.columns.end());
+    return table.rows.at(row).at(static_cast<std::size_t>(found - table.columns.begin()));
 }
 
 }  // namespace

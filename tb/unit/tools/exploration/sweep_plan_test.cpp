@@ -283,12 +283,12 @@ TEST_CASE("plan: shards are parts of the sweep, each point in one of them, whate
             together.insert(points.begin(), points.end());
             left_out += part.points.filtered();
             // In the order of the sweep.
-            std::size_t place = 0;
+            std::size_t found_at = 0;
             for (const std::string& point : points) {
-                place =
-                    std::find(expected.begin() + static_cast<std::ptrdiff_t>(place), expected.end(), point) -
-                    expected.begin();
-                REQUIRE(place < expected.size());
+                found_at = std::find(expected.begin() + static_cast<std::ptrdiff_t>(found_at), expected.end(),
+                                     point) -
+                           expected.begin();
+                REQUIRE(found_at < expected.size());
             }
             if (!filtered) CHECK(points.size() - expected.size() / count <= 1);
         }

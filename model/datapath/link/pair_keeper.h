@@ -16,11 +16,11 @@ namespace metabuffer {
 /// It has no clock and keeps no pixels. Each call has the number of the link's clock edge at which it is made; numbers
 /// ascend. Call it at each edge with an event or a question, and at next_timer():
 ///
-///     const BankKeeper::Taken taken = banks.take(event, edge);  // from the decoder
-///     if (asked) banks.ask();
-///     if (const auto answer = banks.answer(edge)) ...           // kFresh: the devices are swapped
-///     banks.wants_pair();                                       // what the source is asked for
-class BankKeeper {
+///     const PairKeeper::Taken taken = pairs.take(event, edge);  // from the decoder
+///     if (asked) pairs.ask();
+///     if (const auto answer = pairs.answer(edge)) ...           // kFresh: the devices are swapped
+///     pairs.wants_pair();                                       // what the source is asked for
+class PairKeeper {
   public:
     enum class Answer : std::uint8_t {
         kFresh,  ///< the devices are swapped: the pair is one that no frame has been made of
@@ -33,7 +33,7 @@ class BankKeeper {
     };
 
     /// pair_clocks: link clocks of a pair. timeout_clocks: how many the bus side waits for a pair.
-    BankKeeper(Pacing pacing, std::int64_t pair_clocks, std::int64_t timeout_clocks)
+    PairKeeper(Pacing pacing, std::int64_t pair_clocks, std::int64_t timeout_clocks)
         : pacing_(pacing), pair_clocks_(pair_clocks), timeout_clocks_(timeout_clocks) {}
 
     /// An edge that sees reset: no pair, no question, and the first pair wanted is number 0.

@@ -1,4 +1,4 @@
-#include "monitors/segment_places.h"
+#include "monitors/segment_positions.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -11,8 +11,8 @@ bool shows(int first, int length, int end) { return first < end && first + lengt
 
 }  // namespace
 
-SegmentPlaces::SegmentPlaces(const ViewportRow& row, int raster_width_pixels, int raster_height_pixels,
-                             Smoothing smoothing)
+SegmentPositions::SegmentPositions(const ViewportRow& row, int raster_width_pixels, int raster_height_pixels,
+                                   Smoothing smoothing)
     : dx_(row.dx),
       dy_(row.dy),
       width_(row.sdx),
@@ -37,7 +37,7 @@ SegmentPlaces::SegmentPlaces(const ViewportRow& row, int raster_width_pixels, in
     }
 }
 
-void SegmentPlaces::find_last_uses() {
+void SegmentPositions::find_last_uses() {
     last_column_.assign(static_cast<std::size_t>(width_), -1);
     for (int x = left(); x < right_; ++x) {
         const ReferenceLines lines = columns_at(x);
@@ -52,7 +52,7 @@ void SegmentPlaces::find_last_uses() {
     }
 }
 
-std::int64_t SegmentPlaces::used_up_after(int x, int y, std::int64_t used_up) const {
+std::int64_t SegmentPositions::used_up_after(int x, int y, std::int64_t used_up) const {
     for (; used_up < pixels(); ++used_up) {
         const int last_y = last_row_[static_cast<std::size_t>(used_up / width_)];
         const int last_x = last_column_[static_cast<std::size_t>(used_up % width_)];
@@ -63,7 +63,7 @@ std::int64_t SegmentPlaces::used_up_after(int x, int y, std::int64_t used_up) co
     return used_up;
 }
 
-SegmentPlaces::RasterRow SegmentPlaces::raster_row(int y) const {
+SegmentPositions::RasterRow SegmentPositions::raster_row(int y) const {
     RasterRow row;
     row.covered = y >= dy_ && y < bottom_;
     if (row.covered) {

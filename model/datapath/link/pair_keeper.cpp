@@ -1,13 +1,13 @@
-#include "datapath/link/bank_keeper.h"
+#include "datapath/link/pair_keeper.h"
 
 namespace metabuffer {
 
-void BankKeeper::reset(std::int64_t edge) {
-    *this = BankKeeper(pacing_, pair_clocks_, timeout_clocks_);
+void PairKeeper::reset(std::int64_t edge) {
+    *this = PairKeeper(pacing_, pair_clocks_, timeout_clocks_);
     timeout_start_edge_ = edge;
 }
 
-BankKeeper::Taken BankKeeper::take(const PairEvent& event, std::int64_t edge) {
+PairKeeper::Taken PairKeeper::take(const PairEvent& event, std::int64_t edge) {
     Taken taken;
     if (event.rejected && back_ == Back::kFilling) {
         back_ = Back::kFree;
@@ -40,7 +40,7 @@ BankKeeper::Taken BankKeeper::take(const PairEvent& event, std::int64_t edge) {
     return taken;
 }
 
-std::optional<BankKeeper::Answer> BankKeeper::answer(std::int64_t edge) {
+std::optional<PairKeeper::Answer> PairKeeper::answer(std::int64_t edge) {
     const std::optional<Answer> answer = asked_ ? due_answer(edge) : std::nullopt;
     if (!answer) {
         return std::nullopt;
@@ -56,7 +56,7 @@ std::optional<BankKeeper::Answer> BankKeeper::answer(std::int64_t edge) {
     return answer;
 }
 
-std::optional<BankKeeper::Answer> BankKeeper::due_answer(std::int64_t edge) const {
+std::optional<PairKeeper::Answer> PairKeeper::due_answer(std::int64_t edge) const {
     bool again = timed_out(edge);
     if (pacing_ == Pacing::kFreeRunning) {
         if (back_ == Back::kWhole) {
@@ -78,7 +78,7 @@ std::optional<BankKeeper::Answer> BankKeeper::due_answer(std::int64_t edge) cons
     return again ? std::optional<Answer>(Answer::kAgain) : std::nullopt;
 }
 
-std::optional<std::int64_t> BankKeeper::next_timer(std::int64_t edge) const {
+std::optional<std::int64_t> PairKeeper::next_timer(std::int64_t edge) const {
     std::optional<std::int64_t> next;
     if (asked_) {
         for (const std::int64_t end : {timeout_edge(), filling_end_edge()}) {

@@ -12,11 +12,11 @@ namespace metabuffer::monitors {
 /// The positions of a table row's segment on its display's raster, by division. Written independently of
 /// model/datapath, which it checks. Pixels count from 0 in their segment's raster order. Any row can be given, also one
 /// that no table may have.
-class SegmentPlaces {
+class SegmentPositions {
   public:
-    SegmentPlaces() = default;
-    SegmentPlaces(const ViewportRow& row, int raster_width_pixels, int raster_height_pixels,
-                  Smoothing smoothing = Smoothing::kReplicate);
+    SegmentPositions() = default;
+    SegmentPositions(const ViewportRow& row, int raster_width_pixels, int raster_height_pixels,
+                     Smoothing smoothing = Smoothing::kReplicate);
 
     /// Pixels that the bus sends for the row.
     std::int64_t pixels() const { return std::int64_t{width_} * height_; }

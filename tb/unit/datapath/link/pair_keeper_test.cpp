@@ -1,4 +1,4 @@
-#include "datapath/link/bank_keeper.h"
+#include "datapath/link/pair_keeper.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -13,7 +13,7 @@
 namespace metabuffer {
 namespace {
 
-using Answer = BankKeeper::Answer;
+using Answer = PairKeeper::Answer;
 
 /// A link as far as the banks are concerned.
 struct Link {
@@ -153,7 +153,7 @@ class Story {
 // ---- both side by side ----
 
 struct Banks {
-    BankKeeper keeper;
+    PairKeeper keeper;
     Story story;
     std::int64_t edge = 0;
     std::optional<Answer> answer;  ///< at this edge
@@ -171,7 +171,7 @@ struct Banks {
             keeper.reset(edge);
             return keeper.wants_pair() && !keeper.answer(edge);
         }
-        const BankKeeper::Taken taken = keeper.take(step.event, edge);
+        const PairKeeper::Taken taken = keeper.take(step.event, edge);
         if (step.asks) keeper.ask();
         // If nothing happens, only a timer that has been announced brings an answer.
         const bool quiet = !step.asks && !step.event.reports_anything();
@@ -216,25 +216,25 @@ class Stories {
     std::int64_t fresh = 0;
     std::int64_t again = 0;
 
-    void check_all(const Banks& banks, std::size_t length) {
+    void check_all(const Banks& keeper, std::size_t length) {
         if (length == 0) return;
-        for (const Step& step : steps(banks.story)) {
-            Banks next = banks;
+        for (const Step& step : steps(keeper.story)) {
+            Banks next = keeper;
             take(next, step);
             check_all(next, length - 1);
             taken_.pop_back();
         }
     }
-    void take(Banks& banks, const Step& step) {
+    void take(Banks& keeper, const Step& step) {
         taken_.push_back(step);
         ++steps_taken;
-        if (!banks.agree(step)) {
+        if (!keeper.agree(step)) {
             std::string text;
             for (const Step& taken : taken_) text += name_of(taken);
             FAIL("different at the last of: " << text);
         }
-        fresh += banks.answer == Answer::kFresh ? 1 : 0;
-        again += banks.answer == Answer::kAgain ? 1 : 0;
+        fresh += keeper.answer == Answer::kFresh ? 1 : 0;
+        again += keeper.answer == Answer::kAgain ? 1 : 0;
     }
     void forget() { taken_.clear(); }
 
@@ -269,7 +269,7 @@ Step colour() {
     return step;
 }
 
-TEST_CASE("bank keeper: every sequence of four edges is answered as the rules say") {
+TEST_CASE("pair keeper: every sequence of four edges is answered as the rules say") {
     for (const Link& link : links()) {
         Stories stories;
         stories.check_all(Banks(link), 4);
@@ -280,39 +280,39 @@ TEST_CASE("bank keeper: every sequence of four edges is answered as the rules sa
 }
 
 TEST_CASE(
-    "bank keeper: every sequence of four edges after a first pair or an overwritten one is answered as the "
+    "pair keeper: every sequence of four edges after a first pair or an overwritten one is answered as the "
     "rules say") {
     for (const Link& link : links()) {
         if (link.pair_clocks != 2) continue;  // one of each pacing
         Stories stories;
-        Banks banks(link);
-        stories.take(banks, colour());
-        stories.take(banks, good_pair(0, true));
-        CHECK(banks.story.wanted() == 1);
-        stories.check_all(banks, 4);
-        stories.take(banks, good_pair(1, false));
-        stories.take(banks, colour());
-        stories.check_all(banks, 4);
+        Banks keeper(link);
+        stories.take(keeper, colour());
+        stories.take(keeper, good_pair(0, true));
+        CHECK(keeper.story.wanted() == 1);
+        stories.check_all(keeper, 4);
+        stories.take(keeper, good_pair(1, false));
+        stories.take(keeper, colour());
+        stories.check_all(keeper, 4);
         CHECK(stories.fresh > 0);
         CHECK(stories.again > 0);
     }
 }
 
-TEST_CASE("bank keeper: long random sequences are answered as the rules say") {
+TEST_CASE("pair keeper: long random sequences are answered as the rules say") {
     constexpr std::uint64_t kSeed = 20260;
     const std::uint64_t seed = test::random_seed(kSeed);
     INFO("METABUFFER_SEED=" << seed);
     test::Random random(seed);
     Stories stories;
     for (int story = 0; story < 2'000; ++story) {
-        Banks banks(
+        Banks keeper(
             links()[static_cast<std::size_t>(random.between(0, static_cast<int>(links().size()) - 1))]);
         for (int edge = 0; edge < 40; ++edge) {
-            const std::vector<Step> possible = steps(banks.story);
+            const std::vector<Step> possible = steps(keeper.story);
             // Now and then a reset, which is the first of them.
             const int first = random.one_in(30) ? 0 : 1;
-            stories.take(banks, possible[static_cast<std::size_t>(
-                                    random.between(first, static_cast<int>(possible.size()) - 1))]);
+            stories.take(keeper, possible[static_cast<std::size_t>(
+                                     random.between(first, static_cast<int>(possible.size()) - 1))]);
         }
         stories.forget();
     }
@@ -320,26 +320,26 @@ TEST_CASE("bank keeper: long random sequences are answered as the rules say") {
     CHECK(stories.again > 1'000);
 }
 
-TEST_CASE("bank keeper: a silent link is answered at the timeout, which the keeper announces in advance") {
+TEST_CASE("pair keeper: a silent link is answered at the timeout, which the keeper announces in advance") {
     for (const Pacing pacing : {Pacing::kLockstep, Pacing::kFreeRunning}) {
-        BankKeeper banks(pacing, 10, 25);
-        banks.reset(100);
-        CHECK_FALSE(banks.next_timer(100));
-        banks.ask();
+        PairKeeper keeper(pacing, 10, 25);
+        keeper.reset(100);
+        CHECK_FALSE(keeper.next_timer(100));
+        keeper.ask();
         // A colour frame begins in time, and nothing comes after it: it holds the timeout for a pair time.
         PairEvent event;
         event.colour_start = true;
-        banks.take(event, 120);
-        CHECK(banks.next_timer(120) == 125);
-        CHECK_FALSE(banks.answer(125));
-        CHECK(banks.next_timer(125) == 130);
-        CHECK_FALSE(banks.answer(129));
-        CHECK(banks.answer(130) == Answer::kAgain);
-        CHECK_FALSE(banks.next_timer(130));
-        CHECK_FALSE(banks.answer(131));
+        keeper.take(event, 120);
+        CHECK(keeper.next_timer(120) == 125);
+        CHECK_FALSE(keeper.answer(125));
+        CHECK(keeper.next_timer(125) == 130);
+        CHECK_FALSE(keeper.answer(129));
+        CHECK(keeper.answer(130) == Answer::kAgain);
+        CHECK_FALSE(keeper.next_timer(130));
+        CHECK_FALSE(keeper.answer(131));
         // The next timeout counts from the answer.
-        banks.ask();
-        CHECK(banks.next_timer(130) == 155);
+        keeper.ask();
+        CHECK(keeper.next_timer(130) == 155);
     }
 }
 
