@@ -28,13 +28,15 @@ namespace metabuffer::rtl {
 ///   BUSREADY stays low until then.
 /// - fetched_o: the next frame's table is complete, and its segment is empty or wholly in the buffer, or the buffer takes
 ///   no further slot.
-/// - a pixel lost on the bus is noticed by the index that the next beat names, or by the next frame's table. The rest of
-///   that frame is abandoned.
-/// - a lost frame start or table row is noticed by the frame that the next beat names, for whichever composer that is,
-///   by the index that the next row names, or by pixels or another frame before the table's last row. The frame is
-///   abandoned, and its pixels are dropped.
-/// - a burst ends with its last beat, with what comes after BUSREADY's fall, or when no beat of it has come for
+/// - a burst ends with its last beat, cut_cycles_ after BUSREADY's fall, or when none of its beats has come for
 ///   longest_beat_gap_cycles().
+/// - lost beats; the frame is then abandoned:
+///
+///   | lost | what shows it |
+///   | --- | --- |
+///   | pixels | the index of the next pixels; the next frame's table |
+///   | a table row | the index of the next row; pixels or another frame before the table's last row |
+///   | a frame start | the frame number of any beat, for any composer |
 ///
 /// Raises /metabuffer/composer/protocol if the bus breaks its protocol: a pixel for a full buffer, a pixel, row or frame
 /// that has come before, a frame more than 65535 ahead of the newest, a pixel without a table, a third frame's table. A

@@ -36,7 +36,7 @@ class Clocked final : public sc_core::sc_module {
 
     using Method = void (sc_core::sc_module::*)();
 
-    /// reset: what is done in place of edge while reset_i is high.
+    /// reset: what is done instead of edge while reset_i is high.
     template <typename Module>
     Clocked(Module& module, sc_core::sc_in<bool>& clk_i, sc_core::sc_in<bool>& reset_i,
             RegisterSet& registers, void (Module::*edge)(), void (Module::*reset)())

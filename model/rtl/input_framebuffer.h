@@ -25,7 +25,7 @@ struct FramebufferWires;
 ///
 /// - link_port, in DVI input clocks: writes pixels, keeps track of the two devices, answers the bus side;
 /// - frame_memory: the two devices;
-/// - write_buffer, with shared ports: keeps the link's words until the memory, which is then one device, takes them;
+/// - write_buffer, with shared ports: keeps the link's words until the memory's pins are free;
 /// - table_unit: the viewport tables of both, and the slot table;
 /// - memory_controller: pages, banks, refresh and, with shared ports, the link's writes;
 /// - bus_port, in core clocks: table and bursts on the bus;

@@ -15,15 +15,16 @@
 
 namespace metabuffer::rtl {
 
-/// The read side of a composer's window (section 5.2 of the paper): the segment's pixels that are at hand for the next
-/// raster position. That is one, and with smoothing up to two columns of each of two source rows. Each row has a read
-/// port of the FIFO, which then gives two consecutive words.
+/// The read side of a composer's window (section 5.2 of the paper): the pixels of the next raster position, one, or with
+/// smoothing up to two columns of two source rows. Each row has a read port of the FIFO, which then gives two words.
 ///
-/// A port is read one position ahead, unless its output has the words already, as it does while columns are replicated.
-/// A pixel bypasses the FIFO if it has come at the edge before its use: it is taken from the beat on its way into the
-/// FIFO. While the column stands still, a register keeps it, and so it does with a pixel that the FIFO reads over.
+/// | pixel of the next position | where it is |
+/// | --- | --- |
+/// | read by the port one position ahead, or before, while columns are replicated | at the FIFO's output |
+/// | arrived at the edge before its use | in the beat at the FIFO's write port |
+/// | the same, but the column stood still, or the port has read another word since | in the bypass register |
 ///
-/// Raises /metabuffer/merge_stage/pixel if a pixel that has arrived is not at hand.
+/// Raises /metabuffer/merge_stage/pixel if a pixel that has arrived is in none of them.
 class PixelWindow {
   public:
     static constexpr std::size_t kMostRows = 2;     ///< the raster pixel's own source row, and the other one

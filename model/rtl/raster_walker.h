@@ -16,8 +16,8 @@ namespace metabuffer::rtl {
 /// Timing, in core clocks:
 /// - a frame starts at the edge that sees start_i while COLUMNSTALL is low. running_o is high from then on until the edge
 ///   at which the raster's last position is composited.
-/// - ahead_o is what the position after the next one shows. The next one is that which the next edge composites. Before a
-///   frame it is the frame's first position, of the segment at segment_i; this alone is combinational.
+/// - ahead_o is what the position after the next one shows; the next edge composites the next one. Before a frame ahead_o
+///   is the first position of the segment at segment_i; this alone is combinational.
 /// - use_o is about the position that is composited at the next edge.
 /// - while COLUMNSTALL is high no register changes. In `glitch` mode COLUMNSTALL is not read.
 class RasterWalker final : public Block {

@@ -42,7 +42,7 @@ struct ResetsItself : std::false_type {};
 template <typename Value>
 struct ResetsItself<Value, std::void_t<decltype(std::declval<Value&>().reset())>> : std::true_type {};
 
-/// A structure whose sc_trace() takes what it must know of its place: bits of an address, lanes of a beat.
+/// A structure whose sc_trace() takes a width that depends on the signal: bits of an address, lanes of a beat.
 template <typename Value, typename = void>
 struct TakesWidth : std::false_type {};
 template <typename Value>
