@@ -33,7 +33,7 @@ BeatReceiver::BeatReceiver(const sc_core::sc_module_name& name, const Scenario& 
       release_(registers_, "release", bits_for(scenario.composer.buffer_pixels)),
       announced_(registers_, "announced", bits_for(scenario.bus.burst_pixels)),
       silent_cycles_(registers_, "silent_cycles", bits_for(longest_gap_cycles_)),
-      burst_cut_(registers_, "burst_cut", bits_for(cut_cycles_)),
+      burst_cut_(registers_, "burst_cut", cut_cycles_),
       next_row_(registers_, "next_row", bits_for(scenario.displays.count())) {}
 
 void BeatReceiver::reset() {
@@ -270,19 +270,16 @@ void BeatReceiver::drive_fifo(int held_before) {
 bool BeatReceiver::slot_ready() const { return buffer_->free_pixels() - announced_ >= ready_space_pixels_; }
 
 void BeatReceiver::drive_handshakes() {
-    if (burst_cut_ > 0) {
-        --burst_cut_;
-        if (burst_cut_ == 0) {
-            announced_ = 0;
-        }
+    if (burst_cut_.pass() && !burst_cut_.running()) {
+        announced_ = 0;
     }
-    bool busready = burst_cut_ == 0;
+    bool busready = !burst_cut_.running();
     if (!busready) {
         // What the bus sends before it reads the drop is still to come.
     } else if (announced_ > pixels_per_beat_) {
         busready = buffer_->free_pixels() >= std::min(announced_.value(), in_flight_pixels_);
         if (!busready) {
-            burst_cut_ = cut_cycles_;
+            burst_cut_.start(cut_cycles_);
             record_.count_busready_drop(clock_edge_number(core_period_picoseconds_));
         }
     } else {

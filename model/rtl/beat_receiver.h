@@ -8,6 +8,7 @@
 #include "report/composer_record.h"
 #include "rtl/block.h"
 #include "rtl/composer_signals.h"
+#include "rtl/countdown.h"
 #include "rtl/register.h"
 #include "rtl/signals.h"
 
@@ -108,7 +109,7 @@ class BeatReceiver final : public Block {
     Register<FifoRelease> release_;
     Register<int> announced_;      ///< pixels of the burst under way that are still to come
     Register<int> silent_cycles_;  ///< since its last beat, while announced_ > 0
-    Register<int> burst_cut_;  ///< clocks in which beats may still come of a burst that BUSREADY has ended
+    Countdown burst_cut_;  ///< clocks in which beats may still come of a burst that BUSREADY has ended
     Register<std::uint32_t> next_row_;  ///< index in the newest frame's table of the row that must come next
 
     FifoWrite kept_;                      ///< this edge's pixels

@@ -22,7 +22,7 @@ BusArbiter::BusArbiter(const sc_core::sc_module_name& name, const BusConfig& bus
       grant_o("grant_o", static_cast<std::size_t>(lines)),
       bus_(bus),
       policy_(make_policy(bus.arbitration)),
-      build_wait_(registers_, "build_wait", bits_for(most_slots(lines))) {
+      build_wait_(registers_, "build_wait", most_slots(lines)) {
     std::vector<sc_core::sc_port_base*> inputs;
     for (std::size_t line = 0; line < pending_i.size(); ++line) {
         inputs.insert(inputs.end(), {&pending_i[line], &ready_i[line]});
@@ -46,9 +46,9 @@ void BusArbiter::clock_edge() {
         const FrontTable& table = table_i.read();
         requests_.assign(table.rows.size(), BusRequest{});
         policy_->start_frame(table.slots, table.rows.size());
-        build_wait_ = bus_.build_cycles(table.slots.size());
-    } else if (build_wait_ > 0) {
-        --build_wait_;
+        build_wait_.start(bus_.build_cycles(table.slots.size()));
+    } else if (build_wait_.running()) {
+        build_wait_.pass();
     } else if (!take_i.read() || (!decides && grant_.kind == BusGrant::Kind::kPoll)) {
         return;  // an answer that grants nothing changes nothing
     } else if (decides) {
@@ -66,17 +66,17 @@ void BusArbiter::drive_slot() { slot_o.write(static_cast<std::uint16_t>(policy_-
 /// Called at an edge at which the bus waits for an answer.
 void BusArbiter::decide() {
     if (found_) {
-        --search_wait_;
+        search_wait_.pass();
     } else if (candidate_.kind != BusGrant::Kind::kPoll) {
         found_ = true;
         found_grant_ = candidate_;
-        search_wait_ = bus_.grant_cycles - 1;
+        search_wait_.start(bus_.grant_cycles - 1);
     }
 }
 
 void BusArbiter::answer() {
     candidate_ = BusGrant{};
-    if (!requests_.empty() && build_wait_ == 0) {
+    if (!requests_.empty() && !build_wait_.running()) {
         for (std::size_t row = 0; row < requests_.size(); ++row) {
             requests_[row].pending = pending_i[row].read();
             requests_[row].ready = ready_i[row].read();
@@ -87,8 +87,8 @@ void BusArbiter::answer() {
         candidate_ = policy_->grant(requests_);
     }
     grant_ = bus_.grant_cycles == 0 ? candidate_ : answer_stands() ? found_grant_ : BusGrant{};
-    search_o.write(build_wait_ > 0 || (bus_.grant_cycles > 0 && !answer_stands() &&
-                                       (found_ || candidate_.kind != BusGrant::Kind::kPoll)));
+    search_o.write(build_wait_.running() || (bus_.grant_cycles > 0 && !answer_stands() &&
+                                             (found_ || candidate_.kind != BusGrant::Kind::kPoll)));
     const bool granted = grant_.kind == BusGrant::Kind::kBurst;
     drive_grant(granted ? grant_.row : kNoRow);
     grant_valid_o.write(granted);

@@ -6,6 +6,7 @@
 
 #include "datapath/arbitration/arbitration_policy.h"
 #include "rtl/block.h"
+#include "rtl/countdown.h"
 #include "rtl/register.h"
 #include "rtl/signals.h"
 #include "scenario/limits.h"
@@ -58,7 +59,7 @@ class BusArbiter final : public Block {
     void reset();
     void decide();
     void answer();
-    bool answer_stands() const { return found_ && search_wait_ == 0; }
+    bool answer_stands() const { return found_ && !search_wait_.running(); }
     void drive_grant(int row);
     void drive_slot();
 
@@ -69,10 +70,10 @@ class BusArbiter final : public Block {
     std::vector<BusRequest> requests_;  ///< one for each row of the frame
 
     RegisterSet registers_;
-    Register<int> build_wait_;  ///< slots of the table that are still to be built
-    Register<int> search_wait_{registers_, "search_wait",
-                               bits_for(limits::kGrantCycles.high)};  ///< edges until the answer
-    Register<bool> found_{registers_, "found"};                       ///< the answer has been decided
+    Countdown build_wait_;  ///< slots of the table that are still to be built
+    Countdown search_wait_{registers_, "search_wait",
+                           static_cast<int>(limits::kGrantCycles.high)};  ///< edges until the answer
+    Register<bool> found_{registers_, "found"};                           ///< the answer has been decided
     BusGrant found_grant_;
 
     BusGrant grant_;            ///< combinational: the answer

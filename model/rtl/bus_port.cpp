@@ -19,13 +19,13 @@ BusPort::Row::Row(RegisterSet& set, const std::string& name, const Renderer& ren
                   std::int64_t memory_words)
     : left(set, name + "_left", bits_for(renderer.image_words())),
       address(set, name + "_address", bits_for(memory_words)),
-      column(set, name + "_column", bits_for(renderer.image_width_pixels)) {}
+      column(set, name + "_column", bits_for(renderer.image_width_pixels)),
+      image_width_pixels(renderer.image_width_pixels) {}
 
-void BusPort::Row::advance(int pixels, int skipped_words) {
-    const int width = segment.row().sdx;
+void BusPort::Row::advance(int pixels) {
+    address = address_of(pixels);
     left -= pixels;
-    address += pixels + (column + pixels) / width * skipped_words;
-    column = (column + pixels) % width;
+    column = (column + pixels) % segment.row().sdx;
 }
 
 BusPort::BusPort(const sc_core::sc_module_name& name, const Scenario& scenario, const Renderer& renderer,
@@ -296,7 +296,7 @@ void BusPort::fill_beat(int pixels) {
     beat.count = static_cast<std::uint8_t>(pixels);
     beat.first = static_cast<std::uint32_t>(of_row.segment.pixels() - of_row.left);
     beat_ = beat;
-    of_row.advance(pixels, renderer_.image_width_pixels - of_row.segment.row().sdx);
+    of_row.advance(pixels);
     burst_left_ -= pixels;
     pixels_left_ -= pixels;
     bus_.pixels_sent += pixels;
@@ -427,19 +427,14 @@ BusPort::Plan BusPort::plan() const {
 /// As many as fit one beat.
 void BusPort::ask_for_words(Plan& plan) const {
     const Row& of_row = row(plan.row);
-    const int width = of_row.segment.row().sdx;
     const std::int64_t in_burst = plan.arbitrate
                                       ? std::min<std::int64_t>(scenario_.bus.burst_pixels, of_row.left)
                                       : burst_left_.value();
     const auto most = static_cast<std::uint8_t>(std::min<std::int64_t>(pixels_per_beat_, in_burst));
-    std::int64_t address = of_row.address;
-    int column = of_row.column;
     while (plan.request.count < most) {
-        plan.request.addresses[plan.request.count++] = static_cast<std::uint32_t>(address++);
-        if (++column == width) {
-            column = 0;
-            address += renderer_.image_width_pixels - width;
-        }
+        plan.request.addresses[plan.request.count] =
+            static_cast<std::uint32_t>(of_row.address_of(plan.request.count));
+        ++plan.request.count;
     }
 }
 

@@ -95,10 +95,16 @@ class BusPort final : public Block {
         Register<std::int64_t> left;  ///< pixels not put into a beat yet
         Register<std::int64_t> address;
         Register<int> column;
+        int image_width_pixels;
 
         std::size_t composer() const { return segment.row().dcomp - std::size_t{1}; }
-        /// So many pixels have been put into a beat. skipped_words: between two lines of the segment.
-        void advance(int pixels, int skipped_words);
+        /// Of the pixel that many after the next one.
+        std::int64_t address_of(int pixels) const {
+            const int width = segment.row().sdx;
+            return address + pixels + (column + pixels) / width * (image_width_pixels - width);
+        }
+        /// So many have been put into a beat.
+        void advance(int pixels);
     };
 
     /// What the clock before the next edge is used for, as far as registers, BUSREADY and the grant decide it.

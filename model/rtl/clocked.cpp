@@ -1,29 +1,15 @@
 #include "rtl/clocked.h"
 
-#include <sysc/kernel/sc_spawn.h>
-
 #include <algorithm>
 #include <string>
 #include <vector>
 
 #include "rtl/block.h"
 #include "rtl/gated_clock.h"
+#include "rtl/spawn_method.h"
 #include "rtl/wire.h"
 
 namespace metabuffer::rtl {
-namespace {
-
-/// A method process that is called by an event, and not at the start.
-template <typename Method>
-void spawn(const Method& method, const std::vector<const sc_core::sc_event*>& events) {
-    sc_core::sc_spawn_options options;
-    options.spawn_method();
-    options.dont_initialize();
-    for (const sc_core::sc_event* const event : events) options.set_sensitivity(event);
-    sc_core::sc_spawn(method, sc_core::sc_gen_unique_name("method"), &options);
-}
-
-}  // namespace
 
 Clocked::Clocked(sc_core::sc_module& module, sc_core::sc_in<bool>& clk_i, const sc_core::sc_in<bool>* reset_i,
                  RegisterSet* registers, Method edge, Method reset)
@@ -41,11 +27,11 @@ void Clocked::end_of_elaboration() {
     clock_ = dynamic_cast<GatedClock*>(clk_i_.get_interface());
     find_combinational_inputs();
     if (clock_ == nullptr) {
-        spawn([this] { call_always(); }, {&clk_i_->posedge_event()});
+        spawn_method([this] { call_always(); }, {&clk_i_->posedge_event()});
         return;
     }
     find_inputs();
-    if (has_event_inputs_) spawn([this] { sleep_or_wake(); }, {&falls_asleep_});
+    if (has_event_inputs_) spawn_method([this] { sleep_or_wake(); }, {&falls_asleep_});
     clock_->add(*this);
 }
 
@@ -83,7 +69,7 @@ void Clocked::find_combinational_inputs() {
             events.push_back(&port->get_interface()->default_event());
         }
     }
-    if (!events.empty()) spawn([this] { evaluate(); }, events);
+    if (!events.empty()) spawn_method([this] { evaluate(); }, events);
 }
 
 void Clocked::settle() {

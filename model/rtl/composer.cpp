@@ -120,12 +120,8 @@ void Composer::trace(sc_core::sc_trace_file* file) const {
     sc_core::sc_trace(file, stall_o, path("STALL"));
     sc_trace(file, pipe_i.read(), path("PIPE_in"));
     sc_trace(file, pipe_o.read(), path("PIPE"));
-    beat_receiver_.trace(file);
-    fifo_.trace(file);
     trace_lanes(file, wires_.fifo.write.read().words, pixels_per_beat_, path("fifo.write.word"));
-    raster_walker_.trace(file);
-    merge_stage_.trace(file);
-    pipeline_handshake_.trace(file);
+    trace_parts(file);
 }
 
 std::string Composer::waiting_for() const {

@@ -1,18 +1,12 @@
 #include "rtl/gated_clock.h"
 
-#include <sysc/kernel/sc_spawn.h>
-
 #include "rtl/clocked.h"
+#include "rtl/spawn_method.h"
 
 namespace metabuffer::rtl {
 
 void RisingClock::start_of_simulation() {
-    sc_core::sc_spawn_options options;
-    options.spawn_method();
-    options.dont_initialize();
-    options.set_sensitivity(&m_next_posedge_event);
-    options.set_sensitivity(&m_next_negedge_event);
-    sc_core::sc_spawn([this] { tick(); }, sc_core::sc_gen_unique_name("tick"), &options);
+    spawn_method([this] { tick(); }, {&m_next_posedge_event, &m_next_negedge_event});
     m_next_posedge_event.notify(sc_core::SC_ZERO_TIME);
 }
 

@@ -67,6 +67,15 @@ void LockstepBench::run(int clocks, const std::map<std::string, std::int64_t>& l
     }
 }
 
+void LockstepBench::run(int clocks, int clocks_to_check, const std::function<void()>& check,
+                        const std::map<std::string, std::int64_t>& least) {
+    for (int checked = clocks_to_check; checked < clocks; checked += clocks_to_check) {
+        run(checked);
+        check();
+    }
+    run(clocks, least);
+}
+
 /// Half a clock before an edge: what it samples is driven.
 void LockstepBench::falling_edge() {
     constexpr int kShortestPause = 10;

@@ -85,6 +85,9 @@ class LockstepBench final : public sc_core::sc_module {
 
     /// Runs to the end of clock `clocks` - 1. least: what must have happened so often, or the stimulus is too tame.
     void run(int clocks, const std::map<std::string, std::int64_t>& least = {});
+    /// The same, with a check after every so many clocks: of what an edge leaves in the blocks and no pin shows.
+    void run(int clocks, int clocks_to_check, const std::function<void()>& check,
+             const std::map<std::string, std::int64_t>& least);
 
   private:
     friend class LockstepBlock;

@@ -1,7 +1,5 @@
 #include "rtl/clocked.h"
 
-#include <sysc/kernel/sc_spawn.h>
-
 #include <array>
 #include <catch2/catch.hpp>
 #include <memory>
@@ -11,6 +9,7 @@
 #include "lockstep/lockstep.h"
 #include "rtl/block.h"
 #include "rtl/gated_clock.h"
+#include "rtl/spawn_method.h"
 
 namespace metabuffer::test::clocked_test {
 namespace {
@@ -161,15 +160,11 @@ TEST_CASE("rising clock: it falls from the next rise on that comes after somebod
     rtl::RisingClock clock("clock", sc_core::sc_time(10.0, sc_core::SC_NS));
     std::vector<double> rises, falls;
     const auto note = [&](std::vector<double>& at, const sc_core::sc_event& edge) {
-        sc_core::sc_spawn_options options;
-        options.spawn_method();
-        options.dont_initialize();
-        options.set_sensitivity(&edge);
         const auto add = [&clock, &rises, &at] {
             at.push_back(sc_core::sc_time_stamp() / sc_core::sc_time(1.0, sc_core::SC_NS));
             CHECK(clock.posedge() == (&at == &rises));
         };
-        sc_core::sc_spawn(add, sc_core::sc_gen_unique_name("note"), &options);
+        rtl::spawn_method(add, {&edge});
     };
     note(rises, clock.posedge_event());
     sc_core::sc_start(22.0, sc_core::SC_NS);

@@ -333,19 +333,15 @@ TEST_CASE("memory controller: in lockstep with its reference") {
     for (const auto& [name, memory] : memories()) {
         controllers.push_back(std::make_unique<Controller>(bench, name.c_str(), memory));
     }
-    constexpr int kClocks = 10'000;
-    constexpr int kClocksToRegisters = 20;
     std::size_t controller = 0;
-    for (int clocks = kClocksToRegisters; clocks < kClocks; clocks += kClocksToRegisters) {
-        bench.run(clocks);
-        controllers[++controller % controllers.size()]->check_registers();
-    }
-    bench.run(kClocks, {{"an opening was broken off", 250},
-                        {"a read was cut at the end of a page", 250},
-                        {"a refresh began", 250},
-                        {"a block was written", 250},
-                        {"a block waited for a refresh", 10},
-                        {LockstepBench::kAsleep, 1'000}});
+    const auto check = [&] { controllers[++controller % controllers.size()]->check_registers(); };
+    bench.run(10'000, 20, check,
+              {{"an opening was broken off", 250},
+               {"a read was cut at the end of a page", 250},
+               {"a refresh began", 250},
+               {"a block was written", 250},
+               {"a block waited for a refresh", 10},
+               {LockstepBench::kAsleep, 1'000}});
 }
 
 TEST_CASE("memory controller: a page register is as wide as the image needs") {
