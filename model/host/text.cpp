@@ -110,6 +110,22 @@ std::string number(double value) {
     return error == std::errc() ? std::string(digits.data(), end) : std::to_string(value);
 }
 
+const char* after_plus(const std::string& text) { return text.data() + (text[0] == '+' ? 1 : 0); }
+
+std::optional<double> decimal_number(const std::string& text) {
+    const bool allowed = !text.empty() && std::all_of(text.begin(), text.end(), [](char character) {
+        return is_digit(character) || std::string_view("+-.eE").find(character) != std::string_view::npos;
+    });
+    if (!allowed) return std::nullopt;
+    const char* begin = after_plus(text);
+    const char* end = text.data() + text.size();
+    double value = 0.0;
+    const auto [stop, error] = std::from_chars(begin, end, value);
+    const bool signs_twice = begin != text.data() && begin != end && *begin == '-';
+    if (stop != end || signs_twice || error != std::errc()) return std::nullopt;
+    return value;
+}
+
 std::string decimal(double value, int digits) { return fmt::format("{:.{}f}", value, digits); }
 
 std::string range(const IntegerRange& range) {

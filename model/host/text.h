@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -46,6 +47,12 @@ std::string joined(const std::vector<std::string>& items, std::string_view conju
 
 /// The shortest text that reads back as the same number.
 std::string number(double value);
+
+/// Where the digits of a number begin that may have a plus sign, which from_chars refuses.
+const char* after_plus(const std::string& text);
+
+/// A decimal number, also `.5`, `5.` and `1e3`; not hexadecimal, not inf or nan.
+std::optional<double> decimal_number(const std::string& text);
 
 /// With `digits` digits after the point.
 std::string decimal(double value, int digits);

@@ -10,8 +10,10 @@
 #include <utility>
 #include <vector>
 
+#include "host/errors.h"
 #include "host/text.h"
 #include "scenario/colour_table_file.h"
+#include "scenario/entry.h"
 #include "scenario/fault_keys.h"
 #include "scenario/fault_kinds.h"
 #include "scenario/frame_pattern.h"

@@ -6,12 +6,12 @@
 
 #include "host/text.h"
 #include "host/text_file.h"
+#include "scenario/entry.h"
 #include "scenario/frame_pattern.h"
 #include "scenario/limits.h"
 #include "scenario/scenario_keys.h"
 #include "scenario/scenario_reader.h"
 #include "scenario/scenario_writer.h"
-#include "scenario/yaml_reader.h"
 
 namespace metabuffer {
 namespace {

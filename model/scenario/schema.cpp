@@ -154,4 +154,8 @@ std::string key_pattern(std::string_view map_pattern, std::string_view key) {
     return map_pattern.empty() ? std::string(key) : std::string(map_pattern) + "." + std::string(key);
 }
 
+std::string item_path(const std::string& list_path, std::size_t index) {
+    return list_path + "[" + std::to_string(index) + "]";
+}
+
 }  // namespace metabuffer

@@ -104,4 +104,7 @@ class Schema {
 /// "bus" and "width_bits" to "bus.width_bits".
 std::string key_pattern(std::string_view map_pattern, std::string_view key);
 
+/// "renderers" and 2 to "renderers[2]".
+std::string item_path(const std::string& list_path, std::size_t index);
+
 }  // namespace metabuffer

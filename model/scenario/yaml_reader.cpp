@@ -14,6 +14,9 @@
 #include <unordered_map>
 #include <utility>
 
+#include "host/errors.h"
+#include "host/text.h"
+
 namespace metabuffer::input {
 namespace {
 
@@ -21,15 +24,6 @@ namespace {
 constexpr int kDeepestNesting = 64;
 constexpr std::size_t kMostValues = 4'000'000;
 constexpr std::size_t kMostTextBytes = std::size_t{512} << 20U;
-
-[[noreturn]] void fail_at(const SourceLocation& location, const std::string& path,
-                          const std::string& message) {
-    throw InputError(text::located(location.describe(), text::located(path, message)));
-}
-
-std::string item_path(const std::string& list_path, std::size_t index) {
-    return list_path + "[" + std::to_string(index) + "]";
-}
 
 /// Copies yaml-cpp's nodes into values.
 class TreeBuilder {
@@ -43,13 +37,12 @@ class TreeBuilder {
 
     Value build(const YAML::Node& node, const SourceLocation& key_location, int depth) {
         if (depth > kDeepestNesting || ++values_ > kMostValues) {
-            fail_at(key_location, "", "is nested without end; use aliases only for what they do not contain");
+            key_location.fail("", "is nested without end; use aliases only for what they do not contain");
         }
         if (node.IsScalar()) text_bytes_ += node.Scalar().size();
         if (text_bytes_ > kMostTextBytes) {
-            fail_at(key_location, "",
-                    "has more than " + std::to_string(kMostTextBytes >> 20U) +
-                        " MiB of text, aliases written out; use shorter texts");
+            key_location.fail("", "has more than " + std::to_string(kMostTextBytes >> 20U) +
+                                      " MiB of text, aliases written out; use shorter texts");
         }
         Value value;
         value.location = key_location;
@@ -84,14 +77,14 @@ class TreeBuilder {
         for (const auto& member : node) {
             const YAML::Node& key = member.first;
             const SourceLocation key_location = location(key.Mark());
-            if (!key.IsScalar()) fail_at(key_location, "", "a key is not plain text; use the name of a key");
+            if (!key.IsScalar()) key_location.fail("", "a key is not plain text; use the name of a key");
             const std::string& name = key.Scalar();
             const bool merges = name == "<<" && key.Tag() != "!";
             const auto [earlier, is_new] = lines.emplace(name, key_location.line);
             if (!is_new) {
                 const std::string where =
                     has_lines_ ? " on line " + std::to_string(earlier->second) : std::string(" already");
-                fail_at(key_location, name, "is here twice, first" + where + "; use each key once in a map");
+                key_location.fail(name, "is here twice, first" + where + "; use each key once in a map");
             }
             Value value = build(member.second, key_location, depth + 1);
             if (merges) {
@@ -116,8 +109,8 @@ class TreeBuilder {
     }
     static void add_map(std::vector<Member>& members, Value map) {
         if (map.kind != ValueKind::kMap) {
-            fail_at(map.location, "<<",
-                    "is " + described(map) + "; use a map with an anchor, such as *frame, or a list of them");
+            map.location.fail("<<", "is " + described(map) +
+                                        "; use a map with an anchor, such as *frame, or a list of them");
         }
         std::move(map.members.begin(), map.members.end(), std::back_inserter(members));
     }
@@ -206,9 +199,8 @@ std::optional<std::size_t> index_of(const std::string& word) {
     if (key.shape == KeyShape::kMap) {
         use += " with the keys " + text::joined(schema.keys_of(key.pattern), "and");
     }
-    if (path.empty() && value.kind == ValueKind::kNothing)
-        fail_at(value.location, path, schema.empty_message());
-    fail_at(value.location, path, "is " + described(value) + "; use " + use);
+    if (path.empty() && value.kind == ValueKind::kNothing) value.location.fail(path, schema.empty_message());
+    value.location.fail(path, "is " + described(value) + "; use " + use);
 }
 
 std::string unknown_key(const Schema& schema, const SchemaKey& map, const std::string& map_path,
@@ -230,7 +222,7 @@ void check_structure_of(const Schema& schema, const Value& value, const std::str
             for (const Member& member : value.members) {
                 const std::string member_path = key_pattern(path, member.key);
                 if (!is_free && !schema.is_key_of(pattern, member.key)) {
-                    fail_at(member.location, member_path, unknown_key(schema, key, path, member.key));
+                    member.location.fail(member_path, unknown_key(schema, key, path, member.key));
                 }
                 check_structure_of(schema, member.value,
                                    is_free ? pattern + "[]" : key_pattern(pattern, member.key), member_path);
@@ -261,8 +253,8 @@ Value& member_of(Value& map, const std::string& key, const SourceLocation& locat
 std::vector<Step> steps_of(const std::string& path, const SourceLocation& location) {
     std::optional<std::vector<Step>> steps = split_path(path);
     if (steps.has_value()) return *std::move(steps);
-    fail_at(location, "",
-            text::quoted(path) +
+    location.fail(
+        "", text::quoted(path) +
                 " is not a key path; use keys and indices with dots, like renderers.0.frames.1.viewport.x");
 }
 
@@ -276,11 +268,11 @@ KeyPath follow(const std::vector<Step>& steps, const Schema& schema, const Sourc
         const bool is_map = key.shape == KeyShape::kMap;
         if (!is_map && key.shape != KeyShape::kList) {
             const std::string use = value == nullptr ? found.path : "--set " + found.path + "=VALUE";
-            fail_at(location, found.path, "has nothing inside; use " + use);
+            location.fail(found.path, "has nothing inside; use " + use);
         }
         if (is_map && (step.bracketed || !schema.is_key_of(found.pattern, step.word))) {
-            fail_at(location, key_pattern(found.path, step.word),
-                    unknown_key(schema, key, found.path, step.word));
+            location.fail(key_pattern(found.path, step.word),
+                          unknown_key(schema, key, found.path, step.word));
         }
         if (value != nullptr && value->kind != ValueKind::kNothing &&
             value->kind != (is_map ? ValueKind::kMap : ValueKind::kList)) {
@@ -301,45 +293,14 @@ KeyPath follow(const std::vector<Step>& steps, const Schema& schema, const Sourc
         }
         const std::optional<std::size_t> index = index_of(step.word);
         if (!index.has_value()) {
-            fail_at(location, found.path, text::quoted(step.word) + " is not an index; " + use);
+            location.fail(found.path, text::quoted(step.word) + " is not an index; " + use);
         }
         found = {item_path(found.path, *index), found.pattern + "[]"};
         if (value == nullptr) continue;
-        if (*index >= value->items.size()) fail_at(location, found.path, "is out of range; " + use);
+        if (*index >= value->items.size()) location.fail(found.path, "is out of range; " + use);
         value = &value->items[*index];
     }
     return found;
-}
-
-/// Whether the text is a sign and decimal digits and nothing else.
-bool looks_whole(const std::string& text) {
-    const std::size_t first = !text.empty() && (text[0] == '-' || text[0] == '+') ? 1 : 0;
-    return first < text.size() &&
-           std::all_of(text.begin() + static_cast<std::ptrdiff_t>(first), text.end(), text::is_digit);
-}
-
-bool has_leading_zero(const std::string& text) {
-    const std::size_t first = text[0] == '-' || text[0] == '+' ? 1 : 0;
-    return text.size() > first + 1 && text[first] == '0';
-}
-
-/// from_chars accepts no plus sign.
-const char* after_plus(const std::string& text) { return text.data() + (text[0] == '+' ? 1 : 0); }
-
-/// A decimal number, also `.5`, `5.` and `1e3`; not hexadecimal, not inf or nan.
-std::optional<double> decimal_number(const std::string& text) {
-    const bool allowed = !text.empty() && std::all_of(text.begin(), text.end(), [](char character) {
-        return text::is_digit(character) ||
-               std::string_view("+-.eE").find(character) != std::string_view::npos;
-    });
-    if (!allowed) return std::nullopt;
-    const char* begin = after_plus(text);
-    const char* end = text.data() + text.size();
-    double value = 0.0;
-    const auto [stop, error] = std::from_chars(begin, end, value);
-    const bool signs_twice = begin != text.data() && begin != end && *begin == '-';
-    if (stop != end || signs_twice || error != std::errc()) return std::nullopt;
-    return value;
 }
 
 bool is_letter(char character) {
@@ -361,7 +322,7 @@ bool is_plain(const std::string& text) {
 
 /// A scalar in flow style. A text that is not a number only because of its quotation marks keeps them.
 std::string scalar_text(const Value& value) {
-    const bool is_number = decimal_number(value.text).has_value();
+    const bool is_number = text::decimal_number(value.text).has_value();
     return (is_number ? !value.quoted : is_plain(value.text)) ? value.text : quoted_scalar(value.text);
 }
 
@@ -369,6 +330,10 @@ std::string scalar_text(const Value& value) {
 
 std::string SourceLocation::describe() const {
     return line > 0 ? *origin + ":" + std::to_string(line) : *origin;
+}
+
+void SourceLocation::fail(const std::string& path, const std::string& message) const {
+    throw InputError(text::located(describe(), text::located(path, message)));
 }
 
 const Value* Value::find(const std::string& key) const {
@@ -436,17 +401,17 @@ Value parse_yaml(const std::string& text, const std::shared_ptr<const std::strin
     const SourceLocation start = builder.location(YAML::Mark());
     try {
         if (const std::optional<YAML::Mark> second = second_document(text); second.has_value()) {
-            fail_at(
-                builder.location(*second), "",
+            builder.location(*second).fail(
+                "",
                 "text goes on after the end of the YAML document; use one document, without '---' or a stray "
                 "',' between its parts");
         }
         return builder.build(YAML::Load(text), start, 0);
     } catch (const YAML::Exception& error) {
-        fail_at(
-            builder.location(error.mark), "",
-            "not valid YAML: " + error.msg +
-                "; look for the indentation, colon, quotation mark or bracket that is wrong here or above");
+        builder.location(error.mark)
+            .fail("", "not valid YAML: " + error.msg +
+                          "; look for the indentation, colon, quotation mark or bracket that is wrong here "
+                          "or above");
     }
 }
 
@@ -484,160 +449,6 @@ SourceLocation find_location(const Value& root, const std::string& path) {
         value = inner;
     }
     return value->location;
-}
-
-Entry Entry::child(const std::string& key) const {
-    std::string pattern = key_pattern(pattern_, key);
-    if (schema_->find(pattern) == nullptr) throw std::logic_error("no such key: " + pattern);
-    const Value* value = value_ == nullptr ? nullptr : value_->find(key);
-    return {schema_, value, key_pattern(path_, key), std::move(pattern),
-            value == nullptr ? location_ : value->location};
-}
-
-Entry Entry::at(std::string_view path) const {
-    const std::size_t dot = path.find('.');
-    const Entry inner = child(std::string(path.substr(0, dot)));
-    return dot == std::string_view::npos ? inner : inner.at(path.substr(dot + 1));
-}
-
-std::vector<Entry> Entry::items() const {
-    std::vector<Entry> entries;
-    if (value_ == nullptr) return entries;
-    if (value_->kind == ValueKind::kScalar && schema_->find(pattern_)->may_be_one) {
-        return {Entry(schema_, value_, path_, pattern_ + "[]", location_)};
-    }
-    entries.reserve(value_->items.size());
-    for (std::size_t i = 0; i < value_->items.size(); ++i) {
-        const Value& item = value_->items[i];
-        entries.push_back(Entry(schema_, &item, item_path(path_, i), pattern_ + "[]", item.location));
-    }
-    return entries;
-}
-
-std::vector<std::pair<std::string, Entry>> Entry::members() const {
-    std::vector<std::pair<std::string, Entry>> entries;
-    if (value_ == nullptr) return entries;
-    entries.reserve(value_->members.size());
-    for (const Member& member : value_->members) {
-        entries.emplace_back(member.key, Entry(schema_, &member.value, key_pattern(path_, member.key),
-                                               pattern_ + "[]", member.location));
-    }
-    return entries;
-}
-
-std::string Entry::where() const {
-    return text::one_line(location_.describe() + (path_.empty() ? "" : ": " + path_));
-}
-
-void Entry::fail(const std::string& message) const { fail_at(location_, path_, message); }
-
-const std::string& Entry::scalar(const std::string& use) const {
-    if (value_ == nullptr) fail("is missing; use " + use);
-    if (value_->kind != ValueKind::kScalar) fail("is " + described(*value_) + "; use " + use);
-    return value_->text;
-}
-
-std::int64_t Entry::whole_number(const std::string& use) const {
-    const std::string& digits = scalar(use);
-    if (!looks_whole(digits) || value_->quoted) {
-        const char* without = value_->quoted && looks_whole(digits) ? " without quotation marks" : "";
-        fail(described(*value_) + " is not a whole number; use " + use + without);
-    }
-    if (has_leading_zero(digits)) {
-        fail(described(*value_) + " has a leading zero; use " + use + ", in decimal digits");
-    }
-    std::int64_t value = 0;
-    const auto [stop, error] = std::from_chars(after_plus(digits), digits.data() + digits.size(), value);
-    if (error != std::errc()) fail(text::one_line(digits) + " is out of range; use " + use);
-    return value;
-}
-
-std::int64_t Entry::integer(const IntegerRange& allowed) const {
-    return std::get<std::int64_t>(value(ValueRule::whole_numbers(allowed)));
-}
-
-double Entry::number(const NumberRange& allowed) const {
-    const std::string use = text::range(allowed);
-    const std::string& digits = scalar(use);
-    const std::optional<double> value = decimal_number(digits);
-    if (!value.has_value() || value_->quoted) {
-        fail(described(*value_) + " is not a finite decimal number; use " + use);
-    }
-    if (!allowed.contains(*value)) fail(text::one_line(digits) + " is out of range; use " + use);
-    return *value;
-}
-
-std::string Entry::name() const {
-    const std::string use = std::string(schema_->find(pattern_)->meaning) + ", on one line";
-    const std::string& words = scalar(use);
-    if (words.empty()) fail("is empty; use " + use);
-    if (text::has_control(words)) fail(described(*value_) + " has control characters; use " + use);
-    return words;
-}
-
-std::string Entry::line() const {
-    const std::string use = schema_->find(pattern_)->meaning;
-    std::string words = text::one_line(scalar(use));
-    if (words.empty()) fail("is empty; use " + use);
-    return words;
-}
-
-bool Entry::boolean() const { return choice({"true", "false"}, "true or false") == "true"; }
-
-std::string Entry::flow() const {
-    if (value_ == nullptr || value_->kind == ValueKind::kNothing) {
-        fail(std::string("is ") + (value_ == nullptr ? "missing" : "nothing") + "; use " +
-             schema_->find(pattern_)->meaning);
-    }
-    return flow_text(*value_);
-}
-
-KeyValue Entry::value() const {
-    const SchemaKey& key = *schema_->find(pattern_);
-    return key.length > 0 ? KeyValue(numbers(key)) : value(key.rule);
-}
-
-std::vector<double> Entry::numbers(const SchemaKey& key) const {
-    const std::vector<Entry> entries = items();
-    if (entries.size() != key.length) {
-        const std::string_view list = "a list of ";
-        fail("has " + std::to_string(entries.size()) + " entries; use " + (key.meaning + list.size()));
-    }
-    std::vector<double> values;
-    for (const Entry& entry : entries) {
-        const KeyValue value = entry.value();
-        const auto* const whole = std::get_if<std::int64_t>(&value);
-        values.push_back(whole != nullptr ? static_cast<double>(*whole) : std::get<double>(value));
-    }
-    return values;
-}
-
-KeyValue Entry::value(const ValueRule& rule) const {
-    switch (rule.type) {
-        case ValueRule::Type::kAny:
-            break;
-        case ValueRule::Type::kWholeNumber: {
-            const std::int64_t value = whole_number(rule.allowed());
-            if (const std::string complaint = rule.complaint(value); !complaint.empty()) fail(complaint);
-            return value;
-        }
-        case ValueRule::Type::kNumber:
-            return number(rule.number);
-        case ValueRule::Type::kChoice:
-            return choice(rule.choices, rule.what);
-        case ValueRule::Type::kText:
-            return name();
-    }
-    throw std::logic_error("no rule for the values of " + pattern_);
-}
-
-std::string Entry::choice(const std::vector<std::string>& allowed, const std::string& what) const {
-    const std::string use = text::joined(allowed, "or");
-    const std::string& word = scalar(use);
-    if (std::find(allowed.begin(), allowed.end(), word) == allowed.end()) {
-        fail(described(*value_) + " is not " + what + "; use " + use);
-    }
-    return word;
 }
 
 }  // namespace metabuffer::input

@@ -18,7 +18,6 @@
 #include "host/text.h"
 #include "tools/exploration/expression.h"
 #include "tools/exploration/figures.h"
-#include "tools/exploration/smallest_value_search.h"
 
 namespace metabuffer::exploration {
 namespace {
@@ -49,25 +48,6 @@ std::string image_settings(const std::filesystem::path& scenario, const Point& p
     std::copy_if(point.settings.begin(), point.settings.end(), std::back_inserter(settings),
                  [](const Setting& setting) { return may_change_images(setting.key); });
     return canonical_text(settings);
-}
-
-/// Limits a search: no values below the least that can meet the goal, none above the least known to be enough. Returns
-/// what was left out and why; empty if nothing was.
-std::string narrow(SearchDescription& search, const KnownAnswer& known) {
-    std::vector<std::string> why;
-    if (known.least && search.from < *known.least && *known.least <= search.to) {
-        search.from = *known.least;
-        why.push_back("less than " + search.text_of(search.from) + " is too little");
-    }
-    if (known.enough && *known.enough < search.to && *known.enough >= search.from) {
-        search.to = *known.enough;
-        why.push_back("more than " + search.text_of(search.to) + " is never needed");
-    }
-    return text::joined(why, "and");
-}
-
-std::string described(const SearchDescription& search, std::int64_t value) {
-    return search.key + "=" + search.text_of(value);
 }
 
 }  // namespace
@@ -451,7 +431,7 @@ void Explorer::Session::take_searched(const Task& task, const RunRecord& record,
         // The run says nothing about the goal, so the search fails, too.
         PointRecord failure;
         failure.status = record.status;
-        failure.reason = described(*plan().search, *task.value) + ": " + record.reason;
+        failure.reason = plan().search->setting_text(*task.value) + ": " + record.reason;
         failure.run = run;
         job.failure = std::move(failure);
     } else {
@@ -473,7 +453,7 @@ std::string Explorer::Session::why_unmet(const Job& job) const {
     const std::string what = job.search->exhaustive() ? "no value of " + range + " meets the goal"
                                                       : "none of " + std::to_string(job.run_ids.size()) +
                                                             " values tried, " + range + ", meets the goal";
-    const std::string at = "; " + described(*plan().search, largest);
+    const std::string at = "; " + plan().search->setting_text(largest);
     if (!job.largest.reason.empty()) return what + at + ": " + job.largest.reason;
     std::string figures;
     const std::vector<FigureKind>& kinds = figure_kinds();

@@ -13,6 +13,7 @@
 #include "tools/exploration/outcomes.h"
 #include "tools/exploration/results_database.h"
 #include "tools/exploration/run_process.h"
+#include "tools/exploration/smallest_value_search.h"
 #include "tools/exploration/sweep_plan.h"
 
 namespace metabuffer::exploration {
@@ -29,13 +30,6 @@ struct Progress {
     double rate() const;
     /// Empty before the first new point has ended.
     std::optional<double> seconds_to_go() const;
-};
-
-/// What is known of a search's point before anything is run.
-struct KnownAnswer {
-    std::optional<std::int64_t> least;   ///< a smaller value cannot meet the goal
-    std::optional<std::int64_t> enough;  ///< this value is sure to meet it, or no larger one can
-    std::string hopeless;                ///< why no value can meet it; empty: one may
 };
 
 /// Simulations at once, if nothing else is asked for: one for each processor and one more, so that no processor waits

@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "host/text.h"
+
 namespace metabuffer::exploration {
 namespace {
 
@@ -46,6 +48,19 @@ std::vector<std::int64_t> spread(std::int64_t count, std::int64_t limit) {
 }
 
 }  // namespace
+
+std::string narrow(SearchDescription& search, const KnownAnswer& known) {
+    std::vector<std::string> why;
+    if (known.least && search.from < *known.least && *known.least <= search.to) {
+        search.from = *known.least;
+        why.push_back("less than " + search.text_of(search.from) + " is too little");
+    }
+    if (known.enough && *known.enough < search.to && *known.enough >= search.from) {
+        search.to = *known.enough;
+        why.push_back("more than " + search.text_of(search.to) + " is never needed");
+    }
+    return text::joined(why, "and");
+}
 
 SmallestValueSearch::SmallestValueSearch(const SearchDescription& description) : description_(description) {
     if (description_.candidates.empty() && description_.from > description_.to) {

@@ -5,10 +5,10 @@
 
 #include "host/text.h"
 #include "host/text_file.h"
+#include "scenario/entry.h"
 #include "scenario/limits.h"
 #include "scenario/scenario_keys.h"
 #include "scenario/schema.h"
-#include "scenario/yaml_reader.h"
 #include "tools/exploration/axis_values.h"
 #include "tools/exploration/expression.h"
 #include "tools/exploration/sweep_plan.h"
