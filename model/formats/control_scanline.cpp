@@ -1,12 +1,16 @@
 #include "formats/control_scanline.h"
 
+#include <fmt/format.h>
 #include <zlib.h>
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cstddef>
 #include <limits>
 #include <string>
+#include <system_error>
+#include <utility>
 
 namespace metabuffer {
 namespace {
@@ -121,6 +125,18 @@ Bytes bytes_of(const std::vector<std::uint32_t>& link_pixels) {
     return bytes;
 }
 
+/// Zeros after the bytes.
+std::vector<std::uint32_t> pixels_of(Bytes bytes, int width_pixels) {
+    bytes.resize(static_cast<std::size_t>(width_pixels) * kLinkBytes, 0);
+    std::vector<std::uint32_t> link_pixels;
+    link_pixels.reserve(static_cast<std::size_t>(width_pixels));
+    for (std::size_t i = 0; i < bytes.size(); i += kLinkBytes) {
+        link_pixels.push_back((std::uint32_t{bytes[i]} << 16) | (std::uint32_t{bytes[i + 1]} << 8) |
+                              bytes[i + 2]);
+    }
+    return link_pixels;
+}
+
 bool has_magic(const Bytes& bytes) {
     if (bytes.size() < kMagic.size()) return false;
     for (std::size_t i = 0; i < kMagic.size(); ++i) {
@@ -177,16 +193,7 @@ std::size_t payload_room_bytes(int width_pixels) {
 
 std::vector<std::uint32_t> encode_control_scanline(const ControlScanline& content, int width_pixels) {
     check_fits(content, width_pixels);
-    Bytes bytes = content_bytes(content);
-    bytes.resize(static_cast<std::size_t>(width_pixels) * kLinkBytes, 0);
-
-    std::vector<std::uint32_t> link_pixels;
-    link_pixels.reserve(static_cast<std::size_t>(width_pixels));
-    for (std::size_t i = 0; i < bytes.size(); i += kLinkBytes) {
-        link_pixels.push_back((std::uint32_t{bytes[i]} << 16) | (std::uint32_t{bytes[i + 1]} << 8) |
-                              bytes[i + 2]);
-    }
-    return link_pixels;
+    return pixels_of(content_bytes(content), width_pixels);
 }
 
 DecodedScanline decode_control_scanline(const std::vector<std::uint32_t>& link_pixels) {
@@ -195,6 +202,42 @@ DecodedScanline decode_control_scanline(const std::vector<std::uint32_t>& link_p
     decoded.defect = scanline_defect(bytes);
     if (decoded.defect == ScanlineDefect::kNone) decoded.content = parsed_content(bytes);
     return decoded;
+}
+
+SentControls sent_controls(std::vector<std::uint32_t> colour, std::vector<std::uint32_t> depth) {
+    const DecodedScanline first = decode_control_scanline(colour);
+    const DecodedScanline second = decode_control_scanline(depth);
+    const bool is_pair = first.defect == ScanlineDefect::kNone && second.defect == ScanlineDefect::kNone &&
+                         first.content.kind == FrameKind::kColour &&
+                         second.content.kind == FrameKind::kDepth &&
+                         first.content.frame_number == second.content.frame_number;
+    SentControls controls{std::move(colour), std::move(depth), {}, {}, {}};
+    if (is_pair) controls.number = first.content.frame_number;
+    if (first.defect == ScanlineDefect::kNone) controls.table = first.content.table;
+    if (second.defect == ScanlineDefect::kNone) controls.payload = second.content.payload;
+    return controls;
+}
+
+std::string hex_of_scanline(const std::vector<std::uint32_t>& link_pixels) {
+    Bytes bytes = bytes_of(link_pixels);
+    while (!bytes.empty() && bytes.back() == 0) bytes.pop_back();
+    std::string digits;
+    for (const std::uint8_t byte : bytes) digits += fmt::format("{:02x}", byte);
+    return digits;
+}
+
+std::optional<std::vector<std::uint32_t>> scanline_of_hex(const std::string& digits, int width_pixels) {
+    constexpr int kHexadecimal = 16;
+    if (digits.size() % 2 != 0 || digits.size() / 2 > static_cast<std::size_t>(width_pixels) * kLinkBytes) {
+        return std::nullopt;
+    }
+    Bytes bytes(digits.size() / 2);
+    for (std::size_t i = 0; i < bytes.size(); ++i) {
+        const char* const begin = digits.data() + 2 * i;
+        const auto [stop, error] = std::from_chars(begin, begin + 2, bytes[i], kHexadecimal);
+        if (error != std::errc() || stop != begin + 2) return std::nullopt;
+    }
+    return pixels_of(std::move(bytes), width_pixels);
 }
 
 }  // namespace metabuffer

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <stdexcept>
+#include <string>
 #include <vector>
 
 #include "formats/viewport_table.h"
@@ -59,5 +61,21 @@ std::vector<std::uint32_t> encode_control_scanline(const ControlScanline& conten
 
 /// Raises nothing: the result says what is wrong.
 DecodedScanline decode_control_scanline(const std::vector<std::uint32_t>& link_pixels);
+
+/// The control scanlines of a pair as they are sent, and what a decoder reads from them.
+struct SentControls {
+    std::vector<std::uint32_t> colour;  ///< link pixels
+    std::vector<std::uint32_t> depth;
+    std::optional<std::uint32_t> number;  ///< of the pair; none if a decoder takes the two for no pair
+    ViewportTable table;                  ///< of the colour frame, empty if there is none
+    std::vector<std::uint8_t> payload;    ///< of the depth frame
+};
+
+SentControls sent_controls(std::vector<std::uint32_t> colour, std::vector<std::uint32_t> depth);
+
+/// A scanline's bytes as hexadecimal digits, without the zeros after the last other one; and back, for a scanline of so
+/// many pixels. None if the text is no such digits or has more bytes than the scanline.
+std::string hex_of_scanline(const std::vector<std::uint32_t>& link_pixels);
+std::optional<std::vector<std::uint32_t>> scanline_of_hex(const std::string& digits, int width_pixels);
 
 }  // namespace metabuffer

@@ -30,6 +30,8 @@ class StoredImage {
     }
     /// Reads the pixels without keeping them. Throws what `read` throws. Not for an image in memory.
     ReadImage read() const { return read_(); }
+    /// Gives the pixels' memory back. They are read again if they are needed; an image in memory is needed no more.
+    void forget() const { pixels_.reset(); }
     /// Whether the pixels are in memory.
     bool is_read() const { return pixels_.has_value(); }
     /// Depths outside of the depth range; none before the image is read.

@@ -226,6 +226,9 @@ bool corrupts_frame(const Scenario& scenario, const Fault& fault) {
 /// times needs one more for the pair itself, and is late only if the sum exceeds the timeout. A colour frame that comes
 /// twice takes half a pair time more, which counts if the depth frame is delayed too.
 bool is_lost(const Scenario& scenario, int renderer, std::uint32_t pair) {
+    const std::optional<std::uint32_t> number =
+        scenario.renderers[static_cast<std::size_t>(renderer)].number_of_pair(pair);
+    if (!number || (scenario.pacing == Pacing::kLockstep && *number != pair)) return true;
     std::int64_t half_pair_times = 2;
     bool colour_repeated = false;
     bool depth_delayed = false;
@@ -423,17 +426,26 @@ ColourImage composite_display(const Scenario& scenario, const std::vector<Contri
 // With free-running pacing, time decides which pair a frame shows. There is no time here, so the same rule is used
 // instead. The clocked model's report says which pairs were shown (FrameRecord::pairs); contributions_of accepts those
 // as well as the ones made here.
-std::vector<std::vector<int>> pairs_without_time(const Scenario& scenario) {
-    std::vector<int> last_good(scenario.renderers.size(), -1);
-    std::vector<std::vector<int>> result;
-    for (int frame = 0; frame < scenario.frames; ++frame) {
-        for (std::size_t renderer = 0; renderer < last_good.size(); ++renderer) {
-            if (!is_lost(scenario, static_cast<int>(renderer), static_cast<std::uint32_t>(frame))) {
-                last_good[renderer] = frame;
-            }
+bool take_pairs_without_time(const Scenario& scenario, int frame, std::vector<int>& pairs) {
+    const auto pair = static_cast<std::uint32_t>(frame);
+    pairs.resize(scenario.renderers.size(), -1);
+    for (std::size_t r = 0; r < pairs.size(); ++r) {
+        const Renderer& renderer = scenario.renderers[r];
+        const int index = static_cast<int>(r);
+        // Without time a link is silent until its pair is lost.
+        while (renderer.is_live && scenario.live_pairs->next(index, pair) == LivePairs::Next::kSilence &&
+               !is_lost(scenario, index, pair)) {
         }
-        result.push_back(last_good);
+        if (frame >= scenario.frames) return false;
+        if (!is_lost(scenario, index, pair)) pairs[r] = static_cast<int>(*renderer.number_of_pair(pair));
     }
+    return true;
+}
+
+std::vector<std::vector<int>> pairs_without_time(const Scenario& scenario) {
+    std::vector<int> pairs;
+    std::vector<std::vector<int>> result;
+    for (int frame = 0; take_pairs_without_time(scenario, frame, pairs); ++frame) result.push_back(pairs);
     return result;
 }
 
@@ -442,7 +454,7 @@ std::vector<Contribution> contributions_of(const Scenario& scenario, const std::
     for (std::size_t index = 0; index < contributions.size(); ++index) {
         if (pairs.at(index) < 0) continue;
         const Renderer& renderer = scenario.renderers[index];
-        const auto pair = static_cast<std::uint32_t>(pairs[index]);
+        const std::uint32_t pair = renderer.pair_of_number(static_cast<std::uint32_t>(pairs[index]));
         Contribution& contribution = contributions[index];
         contribution.copy = image_with_flipped_bits(scenario, static_cast<int>(index), pair);
         contribution.image =

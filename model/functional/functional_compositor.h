@@ -71,6 +71,10 @@ ColourImage composite_display(const Scenario& scenario, const std::vector<Contri
 /// faults lose pair k, the last good pair before it (-1: none yet).
 std::vector<std::vector<int>> pairs_without_time(const Scenario& scenario);
 
+/// The pairs of one frame: those of the frame before it, which `pairs` has, or the frame's own where they are not lost.
+/// Waits for the applications of live renderers. False if there is no such frame.
+bool take_pairs_without_time(const Scenario& scenario, int frame, std::vector<int>& pairs);
+
 /// The contributions of one frame, given each renderer's pair (-1: none).
 std::vector<Contribution> contributions_of(const Scenario& scenario, const std::vector<int>& pairs);
 

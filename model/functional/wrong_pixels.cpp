@@ -1,21 +1,20 @@
 #include "functional/wrong_pixels.h"
 
-#include <functional>
-#include <numeric>
-
 namespace metabuffer::functional {
 
-std::int64_t WrongPixels::count(int frame, int display, const ColourImage& picture,
-                                const std::vector<int>& pairs) {
+std::vector<std::size_t> WrongPixels::find(int frame, int display, const ColourImage& picture,
+                                           const std::vector<int>& pairs) {
     if (frame_ != frame || pairs_ != pairs) {
         compositor_.begin_frame(contributions_of(scenario_, pairs));
         frame_ = frame;
         pairs_ = pairs;
     }
     const ColourImage right = compositor_.picture(display);
-    return std::transform_reduce(
-        picture.values.begin(), picture.values.end(), right.values.begin(), std::int64_t{0}, std::plus<>(),
-        [](std::uint32_t shown, std::uint32_t wanted) { return shown != wanted ? 1 : 0; });
+    std::vector<std::size_t> wrong;
+    for (std::size_t i = 0; i < picture.values.size(); ++i) {
+        if (picture.values[i] != right.values[i]) wrong.push_back(i);
+    }
+    return wrong;
 }
 
 }  // namespace metabuffer::functional

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <cstdint>
+#include <cstddef>
 #include <optional>
 #include <vector>
 
@@ -10,15 +10,17 @@
 
 namespace metabuffer::functional {
 
-/// Counts the wrong pixels of displays: shown pixels that differ from what a machine in which nothing starves shows for
+/// Finds the wrong pixels of displays: shown pixels that differ from what a machine in which nothing starves shows for
 /// the same pairs. A starved raster pixel is not visible where another renderer's pixel is nearer.
 class WrongPixels {
   public:
     /// The scenario must outlive it.
     explicit WrongPixels(const Scenario& scenario) : scenario_(scenario), compositor_(scenario) {}
 
-    /// Counts them in the picture of a frame (from 0) on a display (from 1) that was made of these pairs (-1: none).
-    std::int64_t count(int frame, int display, const ColourImage& picture, const std::vector<int>& pairs);
+    /// Those in the picture of a frame (from 0) on a display (from 1) that was made of these pairs (-1: none): their
+    /// indices among the picture's values, ascending.
+    std::vector<std::size_t> find(int frame, int display, const ColourImage& picture,
+                                  const std::vector<int>& pairs);
 
   private:
     const Scenario& scenario_;

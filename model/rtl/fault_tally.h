@@ -17,7 +17,8 @@ class FaultTally {
     void took_effect(std::size_t fault) { counts_[fault] = std::max<std::int64_t>(counts_[fault], 1); }
     /// One part of a fault that consists of several has been done; each counts.
     void add(std::size_t fault) { ++counts_[fault]; }
-    std::int64_t count(std::size_t fault) const { return counts_[fault]; }
+    /// 0 of a fault that has joined the scenario since, as those of live links do.
+    std::int64_t count(std::size_t fault) const { return fault < counts_.size() ? counts_[fault] : 0; }
 
   private:
     std::vector<std::int64_t> counts_;

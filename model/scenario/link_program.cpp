@@ -96,6 +96,7 @@ std::vector<std::uint8_t> given_payload(const std::vector<int>& displays, const 
 /// The payload of the entry's depth frames.
 std::vector<std::uint8_t> host_payload(const Scenario& scenario, const Renderer& renderer,
                                        const RendererFrame& entry, const ValidatedTable& table) {
+    if (entry.controls) return entry.controls->payload;
     if (entry.slots) return given_payload(*entry.slots, entry.table);
     return slot_payload(scenario.bus.arbitration, table, payload_room_bytes(renderer.image_width_pixels));
 }
@@ -142,9 +143,14 @@ LinkFrame link_frame(const Scenario& scenario, int renderer_index, std::uint32_t
     if (has(FaultKind::kKind)) content.kind = kNoSuchKind;
     if (has(FaultKind::kNumber)) ++content.frame_number;
 
+    const RendererFrame& entry = renderer.frame_of_pair(content_pair);
     LinkFrame link;
-    link.control = encode_control_scanline(content, timing.active_pixels);
-    link.image = renderer.images[renderer.frame_of_pair(content_pair).image];
+    if (entry.controls) {
+        link.control = frame == FrameKind::kColour ? entry.controls->colour : entry.controls->depth;
+    } else {
+        link.control = encode_control_scanline(content, timing.active_pixels);
+    }
+    link.image = renderer.images[entry.image];
     link.active_lines = timing.active_lines;
     link.last_line_pixels = timing.active_pixels;
     link.faults = static_cast<std::int64_t>(faults.size());
@@ -173,7 +179,16 @@ LinkProgram::Step LinkProgram::next(bool pair_requested) {
             const bool may_send =
                 scenario_.pacing == Pacing::kFreeRunning || (pair_requested && !all_pairs_sent());
             if (!may_send) return Step::kNothing;
+            live_ = renderer_.is_live ? scenario_.live_pairs->next(renderer_index_, next_pair_)
+                                      : LivePairs::Next::kPair;
+            if (live_ == LivePairs::Next::kEnd) return Step::kNothing;
             begin_pair();
+        } else if (live_ == LivePairs::Next::kSilence && delay_served_) {
+            live_ = scenario_.live_pairs->next(renderer_index_, pair_);
+            if (live_ == LivePairs::Next::kSilence) {
+                silence_clocks_ = pair_clocks(renderer_);
+                return Step::kSilence;
+            }
         }
         if (send_again_) {
             send_again_ = false;
@@ -183,7 +198,8 @@ LinkProgram::Step LinkProgram::next(bool pair_requested) {
         if (const Fault* const delay = fault_of(FaultKind::kDelay); delay != nullptr && !delay_served_) {
             delay_served_ = true;
             ++injected_faults_;
-            silence_clocks_ = pair_clocks(renderer_) * delay->delay_pairs;
+            const bool may_last = live_ == LivePairs::Next::kSilence;
+            silence_clocks_ = pair_clocks(renderer_) * (may_last ? 1 : delay->delay_pairs);
             return Step::kSilence;
         }
         if (fault_of(FaultKind::kMissing) == nullptr) {

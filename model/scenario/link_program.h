@@ -88,6 +88,7 @@ class LinkProgram {
 
     std::uint32_t next_pair_ = 0;
     std::uint32_t pair_ = 0;
+    LivePairs::Next live_ = LivePairs::Next::kPair;  ///< what came of the pair under way, if the link is live
     bool pair_under_way_ = false;
     FrameKind kind_ = FrameKind::kColour;
     bool delay_served_ = false;

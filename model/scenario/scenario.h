@@ -25,6 +25,7 @@
 #include "formats/tmds.h"
 #include "formats/viewport_splitter.h"
 #include "formats/viewport_table.h"
+#include "scenario/live_pairs.h"
 
 namespace metabuffer {
 
@@ -330,10 +331,14 @@ struct RendererFrame {
     int table_line = 0;  ///< line of the scenario file, 0 if there is none
     /// The slot table that the host sends, by display; computed unless it is given.
     std::optional<std::vector<int>> slots{};
+    /// The control scanlines as an application has written them, if they are not those that a host makes of the rest.
+    std::optional<SentControls> controls{};
 };
 
 inline bool has_same_tables(const RendererFrame& a, const RendererFrame& b) {
-    return a.table == b.table && a.slots == b.slots;
+    return a.table == b.table && a.slots == b.slots &&
+           (a.controls ? a.controls->payload : std::vector<std::uint8_t>()) ==
+               (b.controls ? b.controls->payload : std::vector<std::uint8_t>());
 }
 
 struct Renderer {
@@ -343,9 +348,25 @@ struct Renderer {
     /// Each different image once. Renderers that name the same files share them.
     std::vector<std::shared_ptr<const StoredImage>> images;
     std::vector<RendererFrame> frames;  ///< at least one; the last repeats
+    /// Its pairs come from an application (Scenario::live_pairs): the frames so far, and before the first pair an empty
+    /// one.
+    bool is_live = false;
 
     const RendererFrame& frame_of_pair(std::uint32_t pair) const {
         return frames[std::min<std::size_t>(pair, frames.size() - 1)];
+    }
+    /// The frame number that the link's pair carries; none if its control scanlines are no pair's.
+    std::optional<std::uint32_t> number_of_pair(std::uint32_t pair) const {
+        const std::optional<SentControls>& controls = frame_of_pair(pair).controls;
+        return controls ? controls->number : pair;
+    }
+    /// The newest pair that carries the number.
+    std::uint32_t pair_of_number(std::uint32_t number) const {
+        const auto has_number = [number](const RendererFrame& frame) {
+            return frame.controls && frame.controls->number == number;
+        };
+        const auto found = std::find_if(frames.rbegin(), frames.rend(), has_number);
+        return found == frames.rend() ? number : static_cast<std::uint32_t>(frames.rend() - found - 1);
     }
     /// Throws what StoredImage::pixels() throws.
     const PixelImage& image_of_pair(std::uint32_t pair) const {
@@ -377,6 +398,7 @@ struct Scenario {
     std::vector<Fault> faults;
     /// The files of the images that were read from files.
     std::map<const StoredImage*, ImageFiles> image_files;
+    std::shared_ptr<LivePairs> live_pairs;  ///< of live renderers, once applications may come
 
     Pixel background_pixel() const {
         return {displays.background[0], displays.background[1], displays.background[2], 0,

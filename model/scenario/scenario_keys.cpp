@@ -111,8 +111,14 @@ std::vector<SchemaKey> renderer_keys() {
                "renderer_1, renderer_2, ..."),
         {"renderers[].copies", KeyShape::kScalar, "how many renderers of these frames",
          ValueRule::whole_numbers({1, limits::kComposers}), "renderers", "1"},
+        {"renderers[].live", KeyShape::kMap,
+         "a map: in place of frames, the size of the images that an application sends (metabuffer live)"},
+        {"renderers[].live.width", KeyShape::kScalar, "image pixels",
+         ValueRule::whole_numbers(kImageSidePixels), "required in live"},
+        {"renderers[].live.height", KeyShape::kScalar, "image pixels",
+         ValueRule::whole_numbers(kImageSidePixels), "required in live"},
         {"renderers[].frames", KeyShape::kList,
-         "a list of frames, each with an image and a viewport or a table"},
+         "a list of frames, each with an image and a viewport, a table or controls"},
         {"renderers[].frames[]", KeyShape::kMap, "a map"},
         scalar("renderers[].frames[].image", "a file name"),
         scalar("renderers[].frames[].layer", "a layer, or a part, of the image's colours",
@@ -152,6 +158,10 @@ std::vector<SchemaKey> renderer_keys() {
                     "",
                     "by C / T of each row"});
     keys.push_back({"renderers[].frames[].slots[]", KeyShape::kScalar, "a display"});
+    keys.push_back({"renderers[].frames[].controls", KeyShape::kList,
+                    "the bytes of both control scanlines in hexadecimal digits, [colour, depth]"});
+    keys.push_back({"renderers[].frames[].controls[]", KeyShape::kScalar,
+                    "the bytes of a control scanline in hexadecimal digits"});
     return keys;
 }
 

@@ -54,8 +54,9 @@ Scenario parse_scenario(const std::string& text, const std::string& origin, cons
     return ScenarioTemplate(text, origin, base).scenario(overrides);
 }
 
-Scenario load_scenario(const std::filesystem::path& file, const std::vector<ScenarioOverride>& overrides) {
-    return ScenarioTemplate(file).scenario(overrides);
+Scenario load_scenario(const std::filesystem::path& file, const std::vector<ScenarioOverride>& overrides,
+                       LiveRenderers live) {
+    return ScenarioTemplate(file).scenario(overrides, live);
 }
 
 void read_images(const Scenario& scenario) {

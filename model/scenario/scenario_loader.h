@@ -21,9 +21,9 @@ ScenarioOverride parse_override(const std::string& text);
 
 /// Reads, checks and resolves a scenario file. Image paths are relative to the file. Overrides are applied before
 /// anything is checked. Of the images the headers are read; pixels are read when they are needed, and throw InputError
-/// then. Throws InputError.
-Scenario load_scenario(const std::filesystem::path& file,
-                       const std::vector<ScenarioOverride>& overrides = {});
+/// then. Live renderers are refused unless the caller has their applications. Throws InputError.
+Scenario load_scenario(const std::filesystem::path& file, const std::vector<ScenarioOverride>& overrides = {},
+                       LiveRenderers live = LiveRenderers::kRefused);
 
 /// The same from text; `origin` names it in messages and `base` is what image paths are relative to.
 Scenario parse_scenario(const std::string& text, const std::string& origin, const std::filesystem::path& base,

@@ -38,8 +38,9 @@ struct RendererSource {
     Entry entry;
     std::string name;
     int copies = 1;
-    std::vector<FrameSource> frames;
-    std::size_t first = 0;  ///< of its renderers
+    std::vector<FrameSource> frames;  ///< none of a live renderer
+    ImageSize live{};                 ///< of a live renderer
+    std::size_t first = 0;            ///< of its renderers
 };
 
 /// The scenario without its images, and where to find those.
@@ -194,13 +195,21 @@ FrameSource read_frame(const Entry& entry, const std::filesystem::path& base, Nu
 
     const Entry viewport = entry.child("viewport");
     const Entry table = entry.child("table");
+    const Entry controls = entry.child("controls");
     if (viewport.present() && table.present()) {
         table.fail("is given together with a viewport; use one of the two");
     }
-    if (!viewport.present() && !table.present()) {
+    if (controls.present()) {
+        for (const char* const key : {"viewport", "table", "slots"}) {
+            if (!entry.child(key).present()) continue;
+            controls.fail(std::string("is given together with a ") + key + "; use one of the two");
+        }
+    } else if (!viewport.present() && !table.present()) {
         entry.fail("has neither a viewport nor a table; use one of the two");
     }
-    if (viewport.present()) {
+    if (controls.present()) {
+        source.frame.table_line = controls.location().line;
+    } else if (viewport.present()) {
         source.frame.viewport.emplace();
         if (!viewport.child("path").present()) {
             read_keys(viewport, viewport_rows(), kViewportPattern.size(), *source.frame.viewport);
@@ -262,11 +271,20 @@ std::vector<RendererSource> read_renderers(const Entry& entry, const std::filesy
     std::vector<RendererSource> renderers;
     std::int64_t numbered_frames = 0;
     for (const Entry& item : entry.items()) {
-        RendererSource renderer{item, "renderer_" + std::to_string(renderers.size() + 1), 1, {}, 0};
+        RendererSource renderer{item, "renderer_" + std::to_string(renderers.size() + 1), 1, {}, {}, 0};
         if (const Entry name = item.child("name"); name.present()) renderer.name = name.name();
         if (const Entry copies = item.child("copies"); copies.present()) renderer.copies = copies.integer();
         const Entry frames = item.child("frames");
-        if (!frames.present()) frames.fail("is missing; use a list of at least one frame");
+        if (const Entry live = item.child("live"); live.present()) {
+            const Entry width = live.child("width");
+            const Entry height = live.child("height");
+            // What is given is judged before what is missing.
+            renderer.live = {width.present() ? width.integer() : 0, height.present() ? height.integer() : 0};
+            if (frames.present()) live.fail("is given together with frames; use one of the two");
+            renderer.live = {width.integer(), height.integer()};
+        } else if (!frames.present()) {
+            frames.fail("is missing; use a list of at least one frame");
+        }
         std::size_t index = 0;
         for (const Entry& frame : frames.items()) {
             for (FrameSource& source : read_frames(frame, base, depths, numbered_frames)) {
@@ -298,6 +316,8 @@ void make_renderers(Draft& draft) {
         }
         Renderer renderer;
         for (const FrameSource& frame : source.frames) renderer.frames.push_back(frame.frame);
+        renderer.is_live = source.live.width_pixels > 0;
+        if (renderer.is_live) renderer.frames.emplace_back();  // until the application's first
         for (int copy = 1; copy <= source.copies; ++copy) {
             renderer.name = source.copies == 1 ? source.name : source.name + "_" + std::to_string(copy);
             renderers.push_back(renderer);
@@ -386,6 +406,37 @@ void split_viewport_of(RendererFrame& frame, const Entry& entry, const Renderer&
     }
 }
 
+/// The controls of a frame, whose size is known now, and the table that they carry.
+void read_controls_of(RendererFrame& frame, const Entry& entry, const Renderer& renderer) {
+    const Entry controls = entry.child("controls");
+    if (!controls.present()) return;
+    const std::vector<Entry> scanlines = controls.items();
+    if (scanlines.size() != 2) {
+        controls.fail("has " + std::to_string(scanlines.size()) + " entries; use two, [colour, depth]");
+    }
+    const auto pixels_of = [&renderer](const Entry& scanline) {
+        auto pixels = scanline_of_hex(scanline.text(), renderer.image_width_pixels);
+        if (!pixels) {
+            scanline.fail("is not a control scanline; use two hexadecimal digits for each byte, at most " +
+                          std::to_string(renderer.image_width_pixels * kLinkBytesPerPixel) + " bytes");
+        }
+        return std::move(*pixels);
+    };
+    frame.controls = sent_controls(pixels_of(scanlines[0]), pixels_of(scanlines[1]));
+    frame.table = frame.controls->table;
+}
+
+/// The image of a live renderer before its application has come: nothing.
+void make_live(Renderer& renderer, ImageSize size, DepthFormat format) {
+    renderer.image_width_pixels = size.width_pixels;
+    renderer.image_height_pixels = size.height_pixels;
+    renderer.images = {std::make_shared<const StoredImage>(size, [size, format] {
+        PixelImage image(size.width_pixels, size.height_pixels);
+        std::fill(image.values.begin(), image.values.end(), Pixel(0, 0, 0, 0, far_z(format)));
+        return ReadImage{std::move(image), {}};
+    })};
+}
+
 /// Reads the headers of one renderer's images and splits its viewports.
 void read_images(const RendererSource& source, Scenario& scenario, ImageCache& cache, Renderer& renderer) {
     std::map<const StoredImage*, std::size_t> indices;  // into the renderer's own list
@@ -403,12 +454,20 @@ void read_images(const RendererSource& source, Scenario& scenario, ImageCache& c
         renderer.image_width_pixels = first.width_pixels();
         renderer.image_height_pixels = first.height_pixels();
         split_viewport_of(frame, frame_source.entry, renderer, scenario);
+        read_controls_of(frame, frame_source.entry, renderer);
     }
 }
 
-void read_images(Draft& draft, ImageCache& cache) {
+void read_images(Draft& draft, ImageCache& cache, LiveRenderers live) {
     for (const RendererSource& source : draft.sources) {
         Renderer& original = draft.scenario.renderers[source.first];
+        if (original.is_live) {
+            if (live == LiveRenderers::kRefused) {
+                source.entry.child("live").fail(
+                    "gets its images from an application; use metabuffer live, or frames with images");
+            }
+            make_live(original, source.live, draft.scenario.depth_format);
+        }
         read_images(source, draft.scenario, cache, original);
         for (std::size_t i = 1; i < static_cast<std::size_t>(source.copies); ++i) {
             Renderer& copy = draft.scenario.renderers[source.first + i];
@@ -539,11 +598,11 @@ Scenario read_settings(const Value& tree, const std::string& default_name) {
 }
 
 Scenario read_scenario(const Value& tree, const std::string& default_name, const std::filesystem::path& base,
-                       ImageCache& cache) {
+                       ImageCache& cache, LiveRenderers live) {
     // Reading images takes longest: everything else is checked first.
     Draft draft = read_draft(tree, default_name, base);
     read_colour_tables(tree, draft.scenario.displays, cache);
-    read_images(draft, cache);
+    read_images(draft, cache, live);
     ClockConfig& clocks = draft.scenario.clocks;
     if (!clocks.dvi_in_is_known()) {
         clocks.dvi_in_mhz =

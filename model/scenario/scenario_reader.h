@@ -55,6 +55,6 @@ Scenario read_settings(const Value& tree, const std::string& default_name);
 
 /// The whole scenario; paths of images and colour tables are relative to `base`. Throws InputError.
 Scenario read_scenario(const Value& tree, const std::string& default_name, const std::filesystem::path& base,
-                       ImageCache& cache);
+                       ImageCache& cache, LiveRenderers live);
 
 }  // namespace metabuffer::input

@@ -362,6 +362,18 @@ void check_fault_locations(RuleCheck& check, const Scenario& scenario) {
         within("at_line", fault.at_line, {0, mode.frame_lines() - 1}, "the lines of the link's mode");
         within("at_clock", fault.at_clock, {0, mode.line_clocks() - 1}, "the clocks of its lines");
         if (fault.kind == FaultKind::kReset) check_reset(check, scenario, fault, fault_path(i));
+        const std::string kind = to_string(fault.kind);
+        const bool changes_number = fault.kind == FaultKind::kNumber || fault.kind == FaultKind::kKind;
+        check.require(!changes_number || !renderer.frame_of_pair(fault.pair).controls,
+                      fault_path(i) + ".kind",
+                      kind +
+                          " changes control scanlines that the host makes, and the pair has controls; use "
+                          "other controls");
+        const bool keeps_pair_away = fault.kind == FaultKind::kMissing || fault.kind == FaultKind::kDelay;
+        check.require(!renderer.is_live || !keeps_pair_away, fault_path(i) + ".kind",
+                      kind +
+                          " says whether a pair comes, and that of a live renderer comes from its "
+                          "application; use another kind");
     }
 }
 

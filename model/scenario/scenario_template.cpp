@@ -98,9 +98,10 @@ const std::filesystem::path& ScenarioTemplate::file() const { return content_->f
 
 const std::string& ScenarioTemplate::text() const { return content_->text; }
 
-Scenario ScenarioTemplate::scenario(const std::vector<ScenarioOverride>& overrides) const {
-    return content_->with(overrides, [this](const input::Value& tree) {
-        return input::read_scenario(tree, content_->default_name, content_->base, content_->cache);
+Scenario ScenarioTemplate::scenario(const std::vector<ScenarioOverride>& overrides,
+                                    LiveRenderers live) const {
+    return content_->with(overrides, [this, live](const input::Value& tree) {
+        return input::read_scenario(tree, content_->default_name, content_->base, content_->cache, live);
     });
 }
 

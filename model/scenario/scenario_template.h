@@ -32,7 +32,8 @@ class ScenarioTemplate {
     /// The file's text.
     const std::string& text() const;
     /// The scenario with these overrides, as load_scenario() makes it. Throws InputError.
-    Scenario scenario(const std::vector<ScenarioOverride>& overrides) const;
+    Scenario scenario(const std::vector<ScenarioOverride>& overrides,
+                      LiveRenderers live = LiveRenderers::kRefused) const;
     /// The files of images, depths and colour tables that the scenario with these overrides names, each once, whether
     /// they are there or not. Throws InputError for overrides that cannot be applied.
     std::vector<std::filesystem::path> input_files(const std::vector<ScenarioOverride>& overrides) const;

@@ -228,7 +228,11 @@ void write_renderer(std::ostream& out, const Renderer& renderer, const Scenario&
             members.push_back("depth_range: " + flow_list({text::number(near), text::number(far)}));
         }
         if (files.z) members.push_back("z: " + text::number(*files.z));
-        if (is_split_of_viewport(frame, renderer, scenario)) {
+        if (frame.controls) {
+            members.push_back("controls: " +
+                              flow_list({input::quoted_scalar(hex_of_scanline(frame.controls->colour)),
+                                         input::quoted_scalar(hex_of_scanline(frame.controls->depth))}));
+        } else if (is_split_of_viewport(frame, renderer, scenario)) {
             const std::string path = "renderers[].frames[].viewport";
             members.push_back("viewport: " + flow_map(members_of(viewport_rows(), path, *frame.viewport)));
         } else {

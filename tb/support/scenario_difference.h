@@ -79,6 +79,11 @@ inline std::string scenario_difference(const Scenario& left, const Scenario& rig
             const RendererFrame& other_frame = other.frames[f];
             const std::string where = renderer + " frame " + std::to_string(f);
             first.require(where + " table", frame.table == other_frame.table);
+            first.compare(where + " controls", frame.controls.has_value(), other_frame.controls.has_value());
+            if (frame.controls && other_frame.controls) {
+                first.require(where + " controls", frame.controls->colour == other_frame.controls->colour &&
+                                                       frame.controls->depth == other_frame.controls->depth);
+            }
             first.compare(where + " viewport", frame.viewport.has_value(), other_frame.viewport.has_value());
             if (frame.viewport && other_frame.viewport) {
                 for (const ObjectKey<Viewport>& key : viewport_rows()) {

@@ -113,7 +113,7 @@ TEST_CASE("each kind of bad command line is refused in one line", "[program][bad
     const Workplace work;
     check_refused_commands(work, "",
                            {{"", {"--help"}},
-                            {"walk", {"--help", "is not a command; use run, view, compare"}},
+                            {"walk", {"--help", "is not a command; use run, live, view, compare"}},
                             {"run", {"SCENARIO"}},
                             {"run scenario.yaml another.yaml --out out", {"another.yaml"}},
                             {"run missing.yaml --out out", {"missing.yaml", "No such file"}},

@@ -51,38 +51,44 @@ std::string clocks_text(const CycleSpan& range) {
     return std::to_string(range.first) + " to " + std::to_string(range.last);
 }
 
+void show(const RunFollower& follower, const DisplayedFrame& displayed,
+          const std::vector<std::size_t>& wrong_pixels) {
+    if (follower.on_picture) follower.on_picture(displayed.frame, displayed.display, displayed.picture);
+    if (follower.on_shown) follower.on_shown(displayed, wrong_pixels);
+}
+
 RunReport run_functional(const Scenario& scenario, const RunFollower& follower) {
     RunReport report;
     report.scenario = scenario.name;
     report.level = to_string(RunLevel::kFunctional);
     report.core_mhz = scenario.clocks.core_mhz;
-    const std::vector<std::vector<int>> pairs = functional::pairs_without_time(scenario);
-    for (std::size_t r = 0; r < scenario.renderers.size(); ++r) {
-        const Renderer& renderer = scenario.renderers[r];
-        RendererCounters& counters = report.renderers.emplace_back();
-        counters.name = renderer.name;
-        for (int frame = 0; frame < scenario.frames; ++frame) {
-            if (pairs[static_cast<std::size_t>(frame)][r] != frame) {
+    for (const Renderer& renderer : scenario.renderers) report.renderers.emplace_back().name = renderer.name;
+    report.displays.resize(static_cast<std::size_t>(scenario.displays.count()));
+    report.corrected_displays = scenario.displays.corrected();
+    functional::Compositor compositor(scenario);
+    std::vector<int> pairs;
+    for (int frame = 0; functional::take_pairs_without_time(scenario, frame, pairs); ++frame) {
+        const auto pair = static_cast<std::uint32_t>(frame);
+        for (std::size_t r = 0; r < pairs.size(); ++r) {
+            const Renderer& renderer = scenario.renderers[r];
+            RendererCounters& counters = report.renderers[r];
+            if (const auto number = renderer.number_of_pair(pair);
+                !number || pairs[r] != static_cast<int>(*number)) {
                 ++counters.repeated_frames;
                 continue;
             }
-            const auto pair = static_cast<std::uint32_t>(frame);
             const RendererFrame& entry = renderer.frame_of_pair(pair);
             const ValidatedTable table = validate_table(entry.table, scenario.limits(renderer));
             counters.add_rejected_rows(pair, table);
             counters.rejected_slot_tables += frame_slots(scenario, renderer, entry, table).rejected ? 1 : 0;
         }
-    }
-    report.displays.resize(static_cast<std::size_t>(scenario.displays.count()));
-    report.corrected_displays = scenario.displays.corrected();
-    functional::Compositor compositor(scenario);
-    for (int frame = 0; frame < scenario.frames; ++frame) {
-        compositor.begin_frame(
-            functional::contributions_of(scenario, pairs[static_cast<std::size_t>(frame)]));
+        compositor.begin_frame(functional::contributions_of(scenario, pairs));
         for (int display = 1; display <= scenario.displays.count(); ++display) {
-            if (follower.on_picture) follower.on_picture(frame, display, compositor.picture(display));
-            ++report.displays[static_cast<std::size_t>(display) - 1].frames_shown;
+            if (!follower.on_picture && !follower.on_shown) continue;
+            const ColourImage picture = compositor.picture(display);
+            show(follower, {frame, display, picture, pairs}, {});
         }
+        for (DisplayCounters& display : report.displays) ++display.frames_shown;
     }
     report.clamped_depths = clamped_depths(scenario);
     return report;
@@ -105,10 +111,7 @@ void run_rtl(const Scenario& scenario, const LevelRequest& request, const RunFol
     WrongPixelRecord wrong_pixels(scenario);
     if (request.images) {
         options.on_frame_shown = [&](const DisplayedFrame& displayed) {
-            if (follower.on_picture) {
-                follower.on_picture(displayed.frame, displayed.display, displayed.picture);
-            }
-            wrong_pixels.take(displayed);
+            show(follower, displayed, wrong_pixels.take(displayed));
         };
     }
     options.on_progress = follower.on_progress;
@@ -162,9 +165,8 @@ void run_tlm(const Scenario& scenario, const LevelRequest& request, const RunFol
     options.images = request.images;
     WrongPixelRecord wrong_pixels(scenario);
     options.on_frame_shown = [&](const DisplayedFrame& displayed) {
-        if (follower.on_picture) follower.on_picture(displayed.frame, displayed.display, displayed.picture);
         if (check) check->take(displayed.frame, displayed.display, displayed.picture);
-        wrong_pixels.take(displayed);
+        show(follower, displayed, wrong_pixels.take(displayed));
     };
     options.on_progress = follower.on_progress;
     tlm::RunResult result = tlm::run(scenario, options);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -10,6 +11,7 @@
 #include "report/report.h"
 #include "scenario/names.h"
 #include "scenario/scenario.h"
+#include "simulation/frame_shown.h"
 #include "simulation/trace_window.h"
 #include "tools/program/exit_status.h"
 
@@ -40,12 +42,15 @@ struct LevelRequest {
     std::optional<Trace> trace;
 };
 
-/// Called while a run goes on. Either may be empty.
+/// Called while a run goes on. Each may be empty.
 struct RunFollower {
     /// For each frame (from 0) on each display (from 1) once it has been shown, if the request has images.
     std::function<void(int frame, int display, const ColourImage& picture)> on_picture;
     /// Now and then, with the core clocks done and the share of the run's raster pixels composited.
     std::function<void(std::int64_t core_cycles, double share)> on_progress;
+    /// As on_picture, with the pairs, and with the picture's wrong pixels (functional/wrong_pixels.h) at a level that has time.
+    std::function<void(const DisplayedFrame& displayed, const std::vector<std::size_t>& wrong_pixels)>
+        on_shown{};
 };
 
 /// The outcome of a run, at any level.

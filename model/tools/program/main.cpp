@@ -20,6 +20,7 @@
 #include "tools/program/export_command.h"
 #include "tools/program/failure.h"
 #include "tools/program/keys_command.h"
+#include "tools/program/live_command.h"
 #include "tools/program/merge_command.h"
 #include "tools/program/plot_command.h"
 #include "tools/program/report_command.h"
@@ -74,6 +75,7 @@ metabuffer::ExitStatus run_command_line(int argc, char** argv) {
     program.set_version_flag("--version", metabuffer::build_description());
     Commands commands;
     commands.push_back(std::make_unique<metabuffer::RunCommand>(program));
+    commands.push_back(std::make_unique<metabuffer::LiveCommand>(program));
     commands.push_back(std::make_unique<metabuffer::ViewCommand>(program));
     commands.push_back(std::make_unique<metabuffer::CompareCommand>(program));
     commands.push_back(std::make_unique<metabuffer::SweepCommand>(program));

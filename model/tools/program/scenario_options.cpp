@@ -28,6 +28,6 @@ std::vector<std::string> ScenarioOptions::words() const {
     return words;
 }
 
-Scenario ScenarioOptions::load() const { return load_scenario(file_, overrides()); }
+Scenario ScenarioOptions::load(LiveRenderers live) const { return load_scenario(file_, overrides(), live); }
 
 }  // namespace metabuffer

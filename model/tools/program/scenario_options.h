@@ -30,7 +30,8 @@ class ScenarioOptions {
     /// The changes that --set and --frames request. Throws InputError.
     std::vector<ScenarioOverride> overrides() const;
     /// Throws InputError.
-    Scenario load() const;
+    Scenario load(LiveRenderers live = LiveRenderers::kRefused) const;
+    bool names_frames() const { return frames_.has_value(); }
 
   private:
     std::string file_;

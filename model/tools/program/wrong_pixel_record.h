@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <vector>
@@ -22,14 +23,16 @@ class WrongPixelRecord {
           displays_(static_cast<std::size_t>(scenario.displays.count())),
           links_err_(disturbs_characters(scenario)) {}
 
-    void take(const DisplayedFrame& displayed);
+    /// Returns the wrong ones of this picture, as WrongPixels::find() has them, until the next call.
+    const std::vector<std::size_t>& take(const DisplayedFrame& displayed);
     /// Writes the counts to the frames of the report. Call it once every picture has been taken.
     void put_into(RunReport& report) const;
 
   private:
     functional::WrongPixels wrong_pixels_;
     std::size_t displays_;
-    bool links_err_;                                   ///< every picture may be wrong
+    bool links_err_;  ///< every picture may be wrong
+    std::vector<std::size_t> found_;
     std::map<int, std::vector<std::int64_t>> counts_;  ///< by frame, then by display
 };
 

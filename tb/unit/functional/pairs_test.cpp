@@ -17,6 +17,7 @@ Scenario four_frames(const std::vector<Fault>& faults) {
     Scenario scenario;
     scenario.frames = 4;
     scenario.renderers.resize(2);
+    for (Renderer& renderer : scenario.renderers) renderer.frames.emplace_back();
     scenario.faults = faults;
     return scenario;
 }

@@ -3,6 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "formats/control_scanline.h"
+#include "scenario/scenario_template.h"
 #include "unit/scenario/picture_files.h"
 #include "unit/scenario/scenario_fixture.h"
 
@@ -57,10 +59,11 @@ TEST_CASE("renderers: names are unique; each has frames, each frame an image and
         {head + "  - name: ball\n    frames: []\n",
          "test.yaml:4: renderers[0].frames: has no entries; use at least one frame"},
         {head + "  - ball\n",
-         "test.yaml:3: renderers[0]: is 'ball'; use a map with the keys name, copies and frames"},
+         "test.yaml:3: renderers[0]: is 'ball'; use a map with the keys name, copies, live and "
+         "frames"},
         {head + "  - name: ball\n    frames: {image: image.exr}\n",
          "test.yaml:4: renderers[0].frames: is a map; use a list of frames, each with an image and a "
-         "viewport or a table"},
+         "viewport, a table or controls"},
         {with_frame("      - viewport: {x: 0, y: 0}\n"),
          "test.yaml:4: renderers[0].frames[0].image: is missing; use a file name, on one line"},
         {with_frame("      - image: image.exr\n"),
@@ -189,6 +192,87 @@ TEST_CASE("renderers: a frame may give the host's slot table, by display") {
           path +
               ": 300 slots do not fit the control scanline of an image 16 pixels wide; use 208 at the most "
               "or a wider image");
+}
+
+TEST_CASE("renderers: a frame may have the control scanlines as an application wrote them") {
+    const ScenarioFixture fixture;
+    const auto with_controls = [](const std::string& controls) {
+        return with_frame("      - {image: image.exr, controls: " + controls + "}\n");
+    };
+    constexpr int kWidth = 16;
+    ControlScanline colour;
+    colour.frame_number = 7;
+    colour.table = {{1, 0, 0, 8, 8, 0, 0, 1}};
+    ControlScanline depth;
+    depth.kind = FrameKind::kDepth;
+    depth.frame_number = 7;
+    depth.payload = {'S', 1, 1, 0, 0};
+    const std::string sent = hex_of_scanline(encode_control_scanline(colour, kWidth));
+    const std::string other = hex_of_scanline(encode_control_scanline(depth, kWidth));
+    const RendererFrame frame =
+        fixture.parse(with_controls("['" + sent + "', '" + other + "']")).renderers[0].frames[0];
+    REQUIRE(frame.controls);
+    CHECK(frame.controls->number == 7U);
+    CHECK(frame.controls->payload == depth.payload);
+    CHECK(frame.table == colour.table);
+    CHECK(frame.controls->colour == encode_control_scanline(colour, kWidth));
+    // What no decoder takes for a pair is sent all the same: two colour frames, other numbers, nothing at all.
+    ++depth.frame_number;
+    for (const std::string& second :
+         {sent, hex_of_scanline(encode_control_scanline(depth, kWidth)), std::string()}) {
+        const Scenario scenario = fixture.parse(with_controls("['" + sent + "', '" + second + "']"));
+        CHECK_FALSE(scenario.renderers[0].frames[0].controls->number);
+        CHECK(scenario.renderers[0].frames[0].table == colour.table);
+    }
+    const std::string path = "test.yaml:4: renderers[0].frames[0].controls";
+    const std::string use =
+        "is not a control scanline; use two hexadecimal digits for each byte, at most 48 bytes";
+    CHECK(fixture.error(with_controls("['0g', '']")) == path + "[0]: " + use);
+    CHECK(fixture.error(with_controls("['', '012']")) == path + "[1]: " + use);
+    CHECK(fixture.error(with_controls("['', '" + std::string(98, '0') + "']")) == path + "[1]: " + use);
+    CHECK(fixture.error(with_controls("['']")) == path + ": has 1 entries; use two, [colour, depth]");
+    CHECK(fixture.error(
+              with_frame("      - {image: image.exr, viewport: {x: 0, y: 0}, controls: ['', '']}\n")) ==
+          path + ": is given together with a viewport; use one of the two");
+    CHECK(
+        fixture.error(with_controls("['" + sent + "', '" + other + "']") +
+                      "faults:\n  - {renderer: renderer_1, kind: number, pair: 0}\n") ==
+        "test.yaml:6: faults[0].kind: number changes control scanlines that the host makes, and the pair has "
+        "controls; use other controls");
+}
+
+TEST_CASE("renderers: one is live in place of frames, where that is accepted") {
+    const ScenarioFixture fixture;
+    const auto with_live = [](const std::string& keys) {
+        return std::string(ScenarioFixture::kDisplays) + "renderers:\n  - {name: one, " + keys + "}\n";
+    };
+    const auto accepted = [&fixture](const std::string& text) {
+        return ScenarioTemplate(text, "test.yaml", fixture.directory().path())
+            .scenario({}, LiveRenderers::kAccepted);
+    };
+    const Scenario scenario = accepted(with_live("copies: 2, live: {width: 20, height: 9}"));
+    REQUIRE(scenario.renderers.size() == 2);
+    for (const Renderer& renderer : scenario.renderers) {
+        CHECK(renderer.is_live);
+        CHECK(renderer.image_width_pixels == 20);
+        CHECK(renderer.image_height_pixels == 9);
+        REQUIRE(renderer.frames.size() == 1);
+        CHECK(renderer.frames[0].table.empty());
+        CHECK(renderer.image_of_pair(0).at(19, 8).z() == far_z(scenario.depth_format));
+    }
+    const std::string path = "test.yaml:3: renderers[0].live";
+    fixture.check_refusals({
+        {with_live("live: {width: 20, height: 9}"),
+         path + ": gets its images from an application; use metabuffer live, or frames with images"},
+        {with_live("live: {width: 20}"), path + ".height: is missing; use 1 to 8192"},
+        {with_live("live: {width: 20, height: 9}, frames: []"),
+         path + ": is given together with frames; use one of the two"},
+    });
+    const std::string fault = "faults:\n  - {renderer: one, kind: missing, pair: 0, frame: colour}\n";
+    CHECK(input_error_of([&] { accepted(with_live("live: {width: 20, height: 9}") + fault); }) ==
+          "test.yaml:5: faults[0].kind: missing says whether a pair comes, and that of a live renderer comes "
+          "from its "
+          "application; use another kind");
 }
 
 TEST_CASE("renderers: a table must fit the control scanline") {

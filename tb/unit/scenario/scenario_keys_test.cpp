@@ -179,7 +179,7 @@ TEST_CASE("scenario keys: what a whole-number key accepts is what the reader acc
         }
         CHECK(std::is_sorted(key.rule.only.begin(), key.rule.only.end()));
     }
-    CHECK(count == 55);
+    CHECK(count == 57);
     for (const char* map : {"bus", ""}) {
         CHECK(scenario_schema().find(map)->rule.type == ValueRule::Type::kAny);
     }

@@ -76,7 +76,11 @@ Scenario unusual_scenario(DepthFormat format) {
         empty.image = 1;
         table.slots = {1, 65535, 1};
         empty.slots.emplace();
-        renderer.frames = {viewport, table, empty};
+        RendererFrame sent;
+        sent.controls = sent_controls(encode_control_scanline({FrameKind::kColour, 9, table.table, {}}, 60),
+                                      std::vector<std::uint32_t>(60, 0xFEDCBA));
+        sent.table = sent.controls->table;
+        renderer.frames = {viewport, table, sent, empty};
         scenario.renderers.push_back(std::move(renderer));
     }
     // Each key of each kind has a value of its own; the first of a kind has only what it must have.

@@ -1,0 +1,435 @@
+#include "live/live_wall.h"
+
+#include <poll.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <iterator>
+#include <utility>
+
+#include "datapath/arbitration/arbitration_table.h"
+#include "formats/control_scanline.h"
+#include "host/errors.h"
+#include "host/text.h"
+#include "scenario/derived_timing.h"
+#include "scenario/link_program.h"
+
+namespace metabuffer::live {
+namespace {
+
+/// Applications that have connected and have not said who they are.
+constexpr std::size_t kMostNewcomers = 16;
+constexpr std::chrono::milliseconds kLongestPoll{50};
+/// More than the frames that may have begun in the machine and not been shown: two in the displays' buffers, one on its
+/// way through the pipeline, one that is asked for; and level tlm works up to a raster ahead of what it shows.
+constexpr int kFramesUnderWay = 8;
+
+[[noreturn]] void fail_to_listen(const std::filesystem::path& path, const std::string& why) {
+    throw InputError(
+        text::located(path.string(), "cannot be listened at: " + why + "; use another --socket"));
+}
+
+/// Whether a wall listens at the address.
+bool is_alive(const sockaddr_un& address) {
+    const int descriptor = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    const bool connected =
+        connect(descriptor, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
+    ::close(descriptor);
+    return connected;
+}
+
+int listen_at(const std::filesystem::path& path) {
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    const std::string name = path.string();
+    if (name.size() >= sizeof address.sun_path) {
+        fail_to_listen(path,
+                       "its path is longer than " + std::to_string(sizeof address.sun_path - 1) + " bytes");
+    }
+    std::copy(name.begin(), name.end(), static_cast<char*>(address.sun_path));
+    struct stat file {};
+    if (lstat(name.c_str(), &file) == 0) {
+        if (!S_ISSOCK(file.st_mode)) fail_to_listen(path, "a file of that name is there");
+        if (is_alive(address)) fail_to_listen(path, "another wall listens there");
+        unlink(name.c_str());  // of a wall that was killed
+    }
+    const int listener = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    if (listener < 0) fail_to_listen(path, std::strerror(errno));
+    const mode_t mask = umask(S_IRWXG | S_IRWXO | S_IXUSR);  // so that it never was anybody else's
+    const bool bound = bind(listener, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
+    const int error = errno;
+    umask(mask);
+    if (!bound || listen(listener, static_cast<int>(kMostNewcomers)) != 0) {
+        ::close(listener);
+        fail_to_listen(path, std::strerror(bound ? errno : error));
+    }
+    return listener;
+}
+
+std::int32_t slots_wanted(const BusConfig& bus) {
+    if (bus.slot_table != SlotTableMaker::kHost) return METABUFFER_NO_SLOTS;
+    const auto table = arbitration_row(bus.arbitration).slot_table;
+    if (table == nullptr) return METABUFFER_NO_SLOTS;
+    return table == slot_table ? METABUFFER_PROPORTIONAL_SLOTS : METABUFFER_EQUAL_SLOTS;
+}
+
+metabuffer_link_info info_of(const Scenario& scenario, const Renderer& renderer) {
+    const DisplayWall wall = scenario.displays.wall();
+    metabuffer_link_info info{};
+    info.wall = {wall.columns,
+                 wall.rows,
+                 wall.raster_width_pixels,
+                 wall.raster_height_pixels,
+                 wall.gap_x_pixels,
+                 wall.gap_y_pixels,
+                 scenario.composer.smoothing == Smoothing::kReplicate ? 0 : 1};
+    info.depth_format = scenario.depth_format == DepthFormat::kZ24 ? METABUFFER_Z24 : METABUFFER_A8Z16;
+    info.image_width_pixels = renderer.image_width_pixels;
+    info.image_height_pixels = renderer.image_height_pixels;
+    info.lockstep = scenario.pacing == Pacing::kLockstep ? 1 : 0;
+    info.slots_wanted = slots_wanted(scenario.bus);
+    info.buffer_pixels = scenario.composer.buffer_pixels;
+    info.ready_space_pixels = scenario.composer.ready_space_pixels;
+    return info;
+}
+
+std::vector<std::uint32_t> first_line(const std::vector<std::uint32_t>& frame, const Renderer& renderer) {
+    return {frame.begin(), frame.begin() + renderer.image_width_pixels};
+}
+
+/// What the link's memory holds of a pair.
+PixelImage image_of(const ApplicationPair& sent, const Renderer& renderer, DepthFormat format) {
+    PixelImage image(renderer.image_width_pixels, renderer.image_height_pixels);
+    const auto line = static_cast<std::size_t>(renderer.image_width_pixels);
+    for (std::size_t i = 0; i < image.values.size(); ++i) {
+        image.values[i] =
+            with_depth_half(with_colour_half(Pixel(), sent.colour[line + i]), sent.depth[line + i], format);
+    }
+    return image;
+}
+
+Fault fault_of(FaultKind kind, int renderer, std::uint32_t pair, FrameKind frame) {
+    Fault fault;
+    fault.kind = kind;
+    fault.renderer = renderer;
+    fault.pair = pair;
+    fault.frame = frame;
+    return fault;
+}
+
+}  // namespace
+
+LiveWall::LiveWall(Scenario& scenario, LiveOptions options)
+    : scenario_(scenario), options_(std::move(options)), listener_(listen_at(options_.socket)) {
+    for (std::size_t r = 0; r < scenario.renderers.size(); ++r) {
+        if (!scenario.renderers[r].is_live) continue;
+        links_.emplace_back();
+        links_.back().renderer = static_cast<int>(r);
+    }
+}
+
+LiveWall::~LiveWall() {
+    ::close(listener_);
+    unlink(options_.socket.c_str());
+}
+
+bool LiveWall::has_pairs() const {
+    return std::any_of(links_.begin(), links_.end(), [](const Link& link) { return link.taken > 0; });
+}
+
+void LiveWall::frame_shown(int frame, const std::vector<int>& pairs) {
+    shown_ = std::max(shown_, frame);
+    if (options_.keeps_pairs) return;
+    for (Link& link : links_) {
+        const Renderer& renderer = scenario_.renderers[static_cast<std::size_t>(link.renderer)];
+        const int number = pairs[static_cast<std::size_t>(link.renderer)];
+        if (number < 0) continue;
+        const std::uint32_t pair = renderer.pair_of_number(static_cast<std::uint32_t>(number));
+        for (; link.forgotten < renderer.frame_of_pair(pair).image; ++link.forgotten) {
+            renderer.images[link.forgotten]->forget();
+        }
+    }
+}
+
+void LiveWall::report(const std::string& line) const {
+    if (options_.on_event) options_.on_event(text::one_line(line));
+}
+
+// ---- applications ----
+
+bool LiveWall::all_gone() const {
+    return std::all_of(links_.begin(), links_.end(), [this](const Link& link) {
+        return is_gone(link) || (link.application && link.application->descriptor() < 0);
+    });
+}
+
+/// Handles what has come from applications. Waits for something to come if nothing has, but not long.
+void LiveWall::serve(std::chrono::duration<double> longest) {
+    std::vector<pollfd> wanted{{options_.stop_descriptor, POLLIN, 0}, {listener_, POLLIN, 0}};
+    for (const auto& newcomer : newcomers_) wanted.push_back({newcomer->descriptor(), POLLIN, 0});
+    for (const Link& link : links_) {
+        wanted.push_back({link.application ? link.application->descriptor() : -1, POLLIN, 0});
+    }
+    const auto time = std::chrono::duration_cast<std::chrono::milliseconds>(
+        std::clamp<std::chrono::duration<double>>(longest, std::chrono::milliseconds(0), kLongestPoll));
+    if (poll(wanted.data(), wanted.size(), static_cast<int>(time.count())) < 0) return;
+    if ((wanted[0].revents & POLLIN) != 0) end();
+
+    for (Link& link : links_) receive(link);
+    for (std::size_t n = newcomers_.size(); n-- > 0;) {
+        const bool lives = newcomers_[n]->receive();
+        const bool speaks = newcomers_[n]->hello().has_value();
+        if (lives && !speaks) continue;
+        std::unique_ptr<ApplicationLink> newcomer = std::move(newcomers_[n]);
+        newcomers_.erase(newcomers_.begin() + static_cast<std::ptrdiff_t>(n));
+        if (speaks) welcome(std::move(newcomer));
+    }
+    if ((wanted[1].revents & POLLIN) != 0) accept_application();
+}
+
+void LiveWall::accept_application() {
+    const int descriptor = accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC);
+    if (descriptor < 0) return;
+    auto application = std::make_unique<ApplicationLink>(descriptor);
+    if (!application->is_of_this_user()) {
+        application->refuse("the wall is another user's");
+        report("refused an application of another user");
+        return;
+    }
+    if (newcomers_.size() == kMostNewcomers) newcomers_.erase(newcomers_.begin());
+    newcomers_.push_back(std::move(application));
+}
+
+void LiveWall::welcome(std::unique_ptr<ApplicationLink> application) {
+    const live_hello& hello = *application->hello();
+    const std::string name = static_cast<const char*>(hello.link_name);
+    const auto link = std::find_if(links_.begin(), links_.end(), [&](const Link& one) {
+        return scenario_.renderers[static_cast<std::size_t>(one.renderer)].name == name;
+    });
+    std::string why;
+    if (hello.magic != LIVE_MAGIC) {
+        why = "does not speak the protocol of metabuffer_host.h";
+    } else if (hello.version != LIVE_VERSION) {
+        why = "speaks version " + std::to_string(hello.version) + " of the protocol; use version " +
+              std::to_string(LIVE_VERSION);
+    } else if (link == links_.end()) {
+        std::vector<std::string> names;
+        for (const Link& one : links_) {
+            names.push_back(text::quoted(scenario_.renderers[static_cast<std::size_t>(one.renderer)].name));
+        }
+        why = text::quoted(name) + " is not a live renderer; use " + text::joined(names, "or");
+    } else if (link->application) {
+        why = text::quoted(name) + " has an application already; use another renderer";
+    } else {
+        const Renderer& renderer = scenario_.renderers[static_cast<std::size_t>(link->renderer)];
+        const std::int32_t width = hello.image_width_pixels;
+        const std::int32_t height = hello.image_height_pixels;
+        const bool fits = (width == 0 && height == 0) ||
+                          (width == renderer.image_width_pixels && height == renderer.image_height_pixels);
+        if (!fits) {
+            why = text::quoted(name) + " has images of " + std::to_string(renderer.image_width_pixels) + "x" +
+                  std::to_string(renderer.image_height_pixels) + " pixels, not " + std::to_string(width) +
+                  "x" + std::to_string(height) + "; use the size of its key live";
+        } else if (!application->accept(info_of(scenario_, renderer), link->begun)) {
+            why = "the system has no memory for " + text::quoted(name);
+        }
+    }
+    if (!why.empty()) {
+        application->refuse(why);
+        report("refused an application: " + why);
+        return;
+    }
+    report(text::quoted(name) + ": an application has come");
+    link->application = std::move(application);
+    link->had_application = true;
+}
+
+void LiveWall::receive(Link& link) {
+    if (!link.application) return;
+    if (link.application->receive()) return;
+    if (!link.application->fault().empty()) {
+        close(link, link.application->fault());
+    } else if (link.application->waiting() == 0) {
+        close(link, "");
+    }
+}
+
+/// why: what the application has done wrong; empty if it has ended by itself.
+void LiveWall::close(Link& link, const std::string& why) {
+    const std::string name = text::quoted(scenario_.renderers[static_cast<std::size_t>(link.renderer)].name);
+    report(name +
+           (why.empty() ? ": its application has gone" : ": its application " + why + ", and is cut off") +
+           ", after " + text::counted(link.taken, "pair"));
+    link.application.reset();
+}
+
+// ---- pairs ----
+
+/// How many pairs the link has begun, or is sure to.
+std::uint32_t LiveWall::pairs_to_come(const Link& link) const {
+    return link.begun + (link.application ? static_cast<std::uint32_t>(link.application->waiting()) : 0U);
+}
+
+/// No frame begins any more that no link has begun a pair for.
+void LiveWall::end() {
+    if (ended_) return;
+    ended_ = true;
+    std::uint32_t pairs = 1;
+    for (const Link& link : links_) pairs = std::max(pairs, link.begun);
+    if (all_gone()) {
+        for (const Link& link : links_) pairs = std::max(pairs, pairs_to_come(link));
+    }
+    int frames = static_cast<int>(pairs);
+    if (scenario_.pacing == Pacing::kFreeRunning) frames = 1;
+    if (scenario_.pacing == Pacing::kFreeRunning || !all_gone()) {
+        frames = std::max(frames, shown_ + kFramesUnderWay);
+    }
+    scenario_.frames = std::min(scenario_.frames, frames);
+}
+
+LivePairs::Next LiveWall::next(int renderer, std::uint32_t pair) {
+    Link& link = *std::find_if(links_.begin(), links_.end(),
+                               [renderer](const Link& one) { return one.renderer == renderer; });
+    serve(std::chrono::seconds(0));
+    if (pair + 1 < link.begun || (pair + 1 == link.begun && !link.silent))
+        return Next::kPair;  // after a reset
+    return scenario_.pacing == Pacing::kLockstep ? next_in_lockstep(link, pair)
+                                                 : next_free_running(link, pair);
+}
+
+LivePairs::Next LiveWall::next_in_lockstep(Link& link, std::uint32_t pair) {
+    const Clock::time_point asked = Clock::now();
+    while (true) {
+        if (take(link, pair)) return Next::kPair;
+        if (all_gone()) end();
+        if (ended_)
+            return pair >= static_cast<std::uint32_t>(scenario_.frames) ? Next::kEnd : silence(link, pair);
+        const bool some_came =
+            std::any_of(links_.begin(), links_.end(), [](const Link& one) { return one.had_application; });
+        // Where an application has gone, the others say whether there is another frame.
+        const bool others_go_on = std::any_of(links_.begin(), links_.end(), [&](const Link& other) {
+            return &other != &link && pairs_to_come(other) > pair;
+        });
+        const bool is_late = some_came && Clock::now() - asked >= options_.wait;
+        if (is_gone(link) && (others_go_on || is_late)) return silence(link, pair);
+        if (is_late) return missing(link, pair);
+        if (options_.on_wait) options_.on_wait();
+        serve(kLongestPoll);
+    }
+}
+
+LivePairs::Next LiveWall::next_free_running(Link& link, std::uint32_t pair) {
+    if (options_.real_time) {
+        const Renderer& renderer = scenario_.renderers[static_cast<std::size_t>(link.renderer)];
+        const std::chrono::duration<double> begins(static_cast<double>(pair) *
+                                                   static_cast<double>(pair_clocks(renderer)) /
+                                                   (scenario_.clocks.dvi_in_mhz * 1e6));
+        while (!ended_ && Clock::now() - started_ < begins) {
+            if (options_.on_wait) options_.on_wait();
+            serve(begins - (Clock::now() - started_));
+        }
+    }
+    while (link.application && link.application->waiting() > 1) link.application->drop(0);
+    const bool anybody =
+        std::any_of(links_.begin(), links_.end(), [](const Link& one) { return one.had_application; });
+    for (bool waits = !anybody; waits && !ended_;) {
+        if (options_.on_wait) options_.on_wait();
+        serve(kLongestPoll);
+        waits = std::none_of(links_.begin(), links_.end(), [](const Link& one) {
+            return one.application && one.application->waiting() > 0;
+        });
+    }
+    if (take(link, pair)) return Next::kPair;
+    if (all_gone()) end();
+    return link.application && link.taken > 0 ? begin_again(link, pair) : silence(link, pair);
+}
+
+/// The renderer's frame of that pair, at first the one before it.
+RendererFrame& LiveWall::frame_for(Renderer& renderer, std::uint32_t pair) {
+    while (renderer.frames.size() <= pair) renderer.frames.push_back(RendererFrame(renderer.frames.back()));
+    return renderer.frames[pair];
+}
+
+/// Takes the link's oldest pair, if that is the one asked for. Earlier ones were missing and come too late.
+bool LiveWall::take(Link& link, std::uint32_t pair) {
+    const bool in_order = scenario_.pacing == Pacing::kLockstep;
+    while (link.application && link.application->waiting() > 0) {
+        if (in_order && link.application->oldest_number() < pair) {
+            link.application->drop(pair);
+            continue;
+        }
+        if (add_pair(link, pair, link.application->take(in_order ? pair : 0))) return true;
+    }
+    receive(link);
+    return false;
+}
+
+/// False, and the link is cut off, if the pair has a number that would make it another one.
+bool LiveWall::add_pair(Link& link, std::uint32_t pair, const ApplicationPair& sent) {
+    Renderer& renderer = scenario_.renderers[static_cast<std::size_t>(link.renderer)];
+    const DecodedScanline colour = decode_control_scanline(first_line(sent.colour, renderer));
+    if (colour.defect == ScanlineDefect::kNone && colour.content.frame_number != sent.number) {
+        close(link, "numbers a pair " + std::to_string(colour.content.frame_number) + " instead of " +
+                        std::to_string(sent.number));
+        return false;
+    }
+    RendererFrame& frame = frame_for(renderer, pair);
+    frame = RendererFrame{};
+    frame.image = renderer.images.size();
+    renderer.images.push_back(
+        std::make_shared<const StoredImage>(image_of(sent, renderer, scenario_.depth_format)));
+    SentControls controls =
+        sent_controls(first_line(sent.colour, renderer), first_line(sent.depth, renderer));
+    frame.table = controls.table;
+    const auto of_host = [&](FrameKind kind) {
+        return encode_control_scanline(control_content(scenario_, renderer, pair, kind),
+                                       renderer.image_width_pixels);
+    };
+    // A pair that is sent again later has the same number then.
+    if (scenario_.pacing == Pacing::kFreeRunning || of_host(FrameKind::kColour) != controls.colour ||
+        of_host(FrameKind::kDepth) != controls.depth) {
+        frame.controls = std::move(controls);
+    }
+    link.begun = pair + 1;
+    link.silent = false;
+    ++link.taken;
+    return true;
+}
+
+LivePairs::Next LiveWall::begin_again(Link& link, std::uint32_t pair) {
+    frame_for(scenario_.renderers[static_cast<std::size_t>(link.renderer)], pair);
+    link.begun = pair + 1;
+    link.silent = false;
+    return Next::kPair;
+}
+
+LivePairs::Next LiveWall::missing(Link& link, std::uint32_t pair) {
+    frame_for(scenario_.renderers[static_cast<std::size_t>(link.renderer)], pair);
+    for (const FrameKind frame : {FrameKind::kColour, FrameKind::kDepth}) {
+        scenario_.faults.push_back(fault_of(FaultKind::kMissing, link.renderer, pair, frame));
+    }
+    link.begun = pair + 1;
+    link.silent = false;
+    return Next::kMissing;
+}
+
+LivePairs::Next LiveWall::silence(Link& link, std::uint32_t pair) {
+    frame_for(scenario_.renderers[static_cast<std::size_t>(link.renderer)], pair);
+    if (link.silent && link.begun == pair + 1) {
+        ++scenario_.faults[link.silence].delay_pairs;
+        return Next::kSilence;
+    }
+    link.silence = scenario_.faults.size();
+    scenario_.faults.push_back(fault_of(FaultKind::kDelay, link.renderer, pair, FrameKind::kColour));
+    scenario_.faults.back().delay_pairs = 1;
+    link.begun = pair + 1;
+    link.silent = true;
+    return Next::kSilence;
+}
+
+}  // namespace metabuffer::live
