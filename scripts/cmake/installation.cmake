@@ -48,6 +48,8 @@ install(CODE "
         message(FATAL_ERROR \"scripts/make-manual failed\")
     endif()" COMPONENT program)
 
+include(application_installation)
+
 # A build with replaced blocks installs no libraries, since they would not be the model's.
 if(NOT METABUFFER_REPLACEMENT)
     include(library_installation)
@@ -77,6 +79,7 @@ set(CPACK_DEBIAN_PACKAGE_SECTION electronics)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME metabuffer)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "nodejs, librsvg2-bin, gtkwave")
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "libsdl2-2.0-0")
 set(CPACK_COMPONENT_PROGRAM_DESCRIPTION "The program metabuffer, its scenarios, and how GTKWave shows its waveforms.")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libmetabuffer-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)

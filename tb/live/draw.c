@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <time.h>
 
-#include "application/metabuffer_host.h"
+#include "metabuffer_host.h"
 
 enum { WAIT_MS = 20000, MOST_DISPLAYS = 16 };
 
