@@ -140,7 +140,7 @@ void ApplicationLink::grant(std::uint32_t index, std::uint32_t number) {
 ApplicationPair ApplicationLink::take(std::uint32_t least_number) {
     const live_submission& oldest = submitted_.front();
     const std::size_t words = live_frame_words(info_.image_width_pixels, info_.image_height_pixels);
-    const std::uint32_t* const begin = ring_ + oldest.index * 2 * words;
+    const std::uint32_t* const begin = ring_ + std::size_t{2} * oldest.index * words;
     ApplicationPair pair{oldest.frame_number, {begin, begin + words}, {begin + words, begin + 2 * words}};
     for (std::vector<std::uint32_t>* const frame : {&pair.colour, &pair.depth}) {
         for (std::uint32_t& word : *frame) word &= kColourMask;
