@@ -234,7 +234,7 @@ class Recording(Wall):
         self.start("--record", "record")
         steady = Link(self.socket, "right")
         for colour in (0x10, 0x20):
-            guest = Link(self.socket, "left")
+            guest = self.next_guest("left")
             for link in (guest, steady):
                 pair = link.begin()
                 link.draw(pair, colour)
@@ -248,6 +248,16 @@ class Recording(Wall):
         lines = self.finish()
         self.assertEqual(sum("an application has come" in line for line in lines), 3)
         self.check_recorded("tlm")
+
+    def next_guest(self, name):
+        """Opens the link once the wall has seen that its application has gone."""
+        end = time.monotonic() + PATIENCE_SECONDS
+        while True:
+            try:
+                return Link(self.socket, name)
+            except Refused as refused:
+                self.assertIn("has an application already", refused.args[1])
+                self.assertLess(time.monotonic(), end)
 
 
 class Rules(Wall):
