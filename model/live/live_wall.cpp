@@ -113,15 +113,6 @@ PixelImage image_of(const ApplicationPair& sent, const Renderer& renderer, Depth
     return image;
 }
 
-Fault fault_of(FaultKind kind, int renderer, std::uint32_t pair, FrameKind frame) {
-    Fault fault;
-    fault.kind = kind;
-    fault.renderer = renderer;
-    fault.pair = pair;
-    fault.frame = frame;
-    return fault;
-}
-
 }  // namespace
 
 LiveWall::LiveWall(Scenario& scenario, LiveOptions options)
@@ -146,7 +137,7 @@ void LiveWall::frame_shown(int frame, const std::vector<int>& pairs) {
     shown_ = std::max(shown_, frame);
     if (options_.keeps_pairs) return;
     for (Link& link : links_) {
-        const Renderer& renderer = scenario_.renderers[static_cast<std::size_t>(link.renderer)];
+        const Renderer& renderer = renderer_of(link);
         const int number = pairs[static_cast<std::size_t>(link.renderer)];
         if (number < 0) continue;
         const std::uint32_t pair = renderer.pair_of_number(static_cast<std::uint32_t>(number));
@@ -166,6 +157,10 @@ bool LiveWall::all_gone() const {
     return std::all_of(links_.begin(), links_.end(), [this](const Link& link) {
         return is_gone(link) || (link.application && link.application->descriptor() < 0);
     });
+}
+
+bool LiveWall::anybody_came() const {
+    return std::any_of(links_.begin(), links_.end(), [](const Link& link) { return link.had_application; });
 }
 
 /// Handles what has come from applications. Waits for something to come if nothing has, but not long.
@@ -208,9 +203,8 @@ void LiveWall::accept_application() {
 void LiveWall::welcome(std::unique_ptr<ApplicationLink> application) {
     const live_hello& hello = *application->hello();
     const std::string name = static_cast<const char*>(hello.link_name);
-    const auto link = std::find_if(links_.begin(), links_.end(), [&](const Link& one) {
-        return scenario_.renderers[static_cast<std::size_t>(one.renderer)].name == name;
-    });
+    const auto link = std::find_if(links_.begin(), links_.end(),
+                                   [&](const Link& one) { return renderer_of(one).name == name; });
     std::string why;
     if (hello.magic != LIVE_MAGIC) {
         why = "does not speak the protocol of metabuffer_host.h";
@@ -220,13 +214,13 @@ void LiveWall::welcome(std::unique_ptr<ApplicationLink> application) {
     } else if (link == links_.end()) {
         std::vector<std::string> names;
         for (const Link& one : links_) {
-            names.push_back(text::quoted(scenario_.renderers[static_cast<std::size_t>(one.renderer)].name));
+            names.push_back(text::quoted(renderer_of(one).name));
         }
         why = text::quoted(name) + " is not a live renderer; use " + text::joined(names, "or");
     } else if (link->application) {
         why = text::quoted(name) + " has an application already; use another renderer";
     } else {
-        const Renderer& renderer = scenario_.renderers[static_cast<std::size_t>(link->renderer)];
+        const Renderer& renderer = renderer_of(*link);
         const std::int32_t width = hello.image_width_pixels;
         const std::int32_t height = hello.image_height_pixels;
         const bool fits = (width == 0 && height == 0) ||
@@ -261,7 +255,7 @@ void LiveWall::receive(Link& link) {
 
 /// why: what the application has done wrong; empty if it has ended by itself.
 void LiveWall::close(Link& link, const std::string& why) {
-    const std::string name = text::quoted(scenario_.renderers[static_cast<std::size_t>(link.renderer)].name);
+    const std::string name = text::quoted(renderer_of(link).name);
     report(name +
            (why.empty() ? ": its application has gone" : ": its application " + why + ", and is cut off") +
            ", after " + text::counted(link.taken, "pair"));
@@ -296,8 +290,8 @@ LivePairs::Next LiveWall::next(int renderer, std::uint32_t pair) {
     Link& link = *std::find_if(links_.begin(), links_.end(),
                                [renderer](const Link& one) { return one.renderer == renderer; });
     serve(std::chrono::seconds(0));
-    if (pair + 1 < link.begun || (pair + 1 == link.begun && !link.silent))
-        return Next::kPair;  // after a reset
+    // After a reset a link begins with its first pair again.
+    if (pair + (link.silent ? 1 : 0) < link.begun) return Next::kPair;
     return scenario_.pacing == Pacing::kLockstep ? next_in_lockstep(link, pair)
                                                  : next_free_running(link, pair);
 }
@@ -307,15 +301,13 @@ LivePairs::Next LiveWall::next_in_lockstep(Link& link, std::uint32_t pair) {
     while (true) {
         if (take(link, pair)) return Next::kPair;
         if (all_gone()) end();
-        if (ended_)
-            return pair >= static_cast<std::uint32_t>(scenario_.frames) ? Next::kEnd : silence(link, pair);
-        const bool some_came =
-            std::any_of(links_.begin(), links_.end(), [](const Link& one) { return one.had_application; });
+        if (ended_ && pair >= static_cast<std::uint32_t>(scenario_.frames)) return Next::kEnd;
+        if (ended_) return silence(link, pair);
         // Where an application has gone, the others say whether there is another frame.
         const bool others_go_on = std::any_of(links_.begin(), links_.end(), [&](const Link& other) {
             return &other != &link && pairs_to_come(other) > pair;
         });
-        const bool is_late = some_came && Clock::now() - asked >= options_.wait;
+        const bool is_late = anybody_came() && Clock::now() - asked >= options_.wait;
         if (is_gone(link) && (others_go_on || is_late)) return silence(link, pair);
         if (is_late) return missing(link, pair);
         if (options_.on_wait) options_.on_wait();
@@ -325,7 +317,7 @@ LivePairs::Next LiveWall::next_in_lockstep(Link& link, std::uint32_t pair) {
 
 LivePairs::Next LiveWall::next_free_running(Link& link, std::uint32_t pair) {
     if (options_.real_time) {
-        const Renderer& renderer = scenario_.renderers[static_cast<std::size_t>(link.renderer)];
+        const Renderer& renderer = renderer_of(link);
         const std::chrono::duration<double> begins(static_cast<double>(pair) *
                                                    static_cast<double>(pair_clocks(renderer)) /
                                                    (scenario_.clocks.dvi_in_mhz * 1e6));
@@ -335,9 +327,7 @@ LivePairs::Next LiveWall::next_free_running(Link& link, std::uint32_t pair) {
         }
     }
     while (link.application && link.application->waiting() > 1) link.application->drop(0);
-    const bool anybody =
-        std::any_of(links_.begin(), links_.end(), [](const Link& one) { return one.had_application; });
-    for (bool waits = !anybody; waits && !ended_;) {
+    for (bool waits = !anybody_came(); waits && !ended_;) {
         if (options_.on_wait) options_.on_wait();
         serve(kLongestPoll);
         waits = std::none_of(links_.begin(), links_.end(), [](const Link& one) {
@@ -346,13 +336,18 @@ LivePairs::Next LiveWall::next_free_running(Link& link, std::uint32_t pair) {
     }
     if (take(link, pair)) return Next::kPair;
     if (all_gone()) end();
-    return link.application && link.taken > 0 ? begin_again(link, pair) : silence(link, pair);
+    if (!link.application || link.taken == 0) return silence(link, pair);
+    begin(link, pair);  // with the one before it, again
+    return Next::kPair;
 }
 
-/// The renderer's frame of that pair, at first the one before it.
-RendererFrame& LiveWall::frame_for(Renderer& renderer, std::uint32_t pair) {
-    while (renderer.frames.size() <= pair) renderer.frames.push_back(RendererFrame(renderer.frames.back()));
-    return renderer.frames[pair];
+/// The link begins the pair, or is silent before it. Returns the renderer's frame of it, at first that of the one before.
+RendererFrame& LiveWall::begin(Link& link, std::uint32_t pair, bool silent) {
+    link.begun = pair + 1;
+    link.silent = silent;
+    std::vector<RendererFrame>& frames = renderer_of(link).frames;
+    while (frames.size() <= pair) frames.push_back(RendererFrame(frames.back()));
+    return frames[pair];
 }
 
 /// Takes the link's oldest pair, if that is the one asked for. Earlier ones were missing and come too late.
@@ -371,14 +366,14 @@ bool LiveWall::take(Link& link, std::uint32_t pair) {
 
 /// False, and the link is cut off, if the pair has a number that would make it another one.
 bool LiveWall::add_pair(Link& link, std::uint32_t pair, const ApplicationPair& sent) {
-    Renderer& renderer = scenario_.renderers[static_cast<std::size_t>(link.renderer)];
+    Renderer& renderer = renderer_of(link);
     const DecodedScanline colour = decode_control_scanline(first_line(sent.colour, renderer));
     if (colour.defect == ScanlineDefect::kNone && colour.content.frame_number != sent.number) {
         close(link, "numbers a pair " + std::to_string(colour.content.frame_number) + " instead of " +
                         std::to_string(sent.number));
         return false;
     }
-    RendererFrame& frame = frame_for(renderer, pair);
+    RendererFrame& frame = begin(link, pair);
     frame = RendererFrame{};
     frame.image = renderer.images.size();
     renderer.images.push_back(
@@ -395,40 +390,26 @@ bool LiveWall::add_pair(Link& link, std::uint32_t pair, const ApplicationPair& s
         of_host(FrameKind::kDepth) != controls.depth) {
         frame.controls = std::move(controls);
     }
-    link.begun = pair + 1;
-    link.silent = false;
     ++link.taken;
     return true;
 }
 
-LivePairs::Next LiveWall::begin_again(Link& link, std::uint32_t pair) {
-    frame_for(scenario_.renderers[static_cast<std::size_t>(link.renderer)], pair);
-    link.begun = pair + 1;
-    link.silent = false;
-    return Next::kPair;
-}
-
 LivePairs::Next LiveWall::missing(Link& link, std::uint32_t pair) {
-    frame_for(scenario_.renderers[static_cast<std::size_t>(link.renderer)], pair);
+    begin(link, pair);
     for (const FrameKind frame : {FrameKind::kColour, FrameKind::kDepth}) {
-        scenario_.faults.push_back(fault_of(FaultKind::kMissing, link.renderer, pair, frame));
+        scenario_.faults.push_back({link.renderer, pair, FaultKind::kMissing, frame});
     }
-    link.begun = pair + 1;
-    link.silent = false;
     return Next::kMissing;
 }
 
 LivePairs::Next LiveWall::silence(Link& link, std::uint32_t pair) {
-    frame_for(scenario_.renderers[static_cast<std::size_t>(link.renderer)], pair);
     if (link.silent && link.begun == pair + 1) {
         ++scenario_.faults[link.silence].delay_pairs;
         return Next::kSilence;
     }
+    begin(link, pair, true);
     link.silence = scenario_.faults.size();
-    scenario_.faults.push_back(fault_of(FaultKind::kDelay, link.renderer, pair, FrameKind::kColour));
-    scenario_.faults.back().delay_pairs = 1;
-    link.begun = pair + 1;
-    link.silent = true;
+    scenario_.faults.push_back({link.renderer, pair, FaultKind::kDelay, FrameKind::kColour, 1});
     return Next::kSilence;
 }
 

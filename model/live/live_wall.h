@@ -72,6 +72,7 @@ class LiveWall final : public LivePairs {
 
     bool is_gone(const Link& link) const { return !link.application && link.had_application; }
     bool all_gone() const;
+    bool anybody_came() const;
     std::uint32_t pairs_to_come(const Link& link) const;
     void serve(std::chrono::duration<double> longest);
     void accept_application();
@@ -84,8 +85,10 @@ class LiveWall final : public LivePairs {
     bool add_pair(Link& link, std::uint32_t pair, const ApplicationPair& sent);
     Next missing(Link& link, std::uint32_t pair);
     Next silence(Link& link, std::uint32_t pair);
-    Next begin_again(Link& link, std::uint32_t pair);
-    RendererFrame& frame_for(Renderer& renderer, std::uint32_t pair);
+    RendererFrame& begin(Link& link, std::uint32_t pair, bool silent = false);
+    Renderer& renderer_of(const Link& link) const {
+        return scenario_.renderers[static_cast<std::size_t>(link.renderer)];
+    }
     void report(const std::string& line) const;
 
     Scenario& scenario_;

@@ -362,6 +362,7 @@ struct Renderer {
     }
     /// The newest pair that carries the number.
     std::uint32_t pair_of_number(std::uint32_t number) const {
+        if (!frame_of_pair(number).controls) return number;
         const auto has_number = [number](const RendererFrame& frame) {
             return frame.controls && frame.controls->number == number;
         };

@@ -9,7 +9,6 @@ write_basic_package_version_file("${CMAKE_BINARY_DIR}/MetabufferApplicationConfi
 install(FILES "${CMAKE_BINARY_DIR}/MetabufferApplicationConfigVersion.cmake" DESTINATION "${application_package}" COMPONENT development)
 install(FILES model/application/metabuffer_host.h DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}" COMPONENT development)
 install(FILES model/application/metabuffer_host.3 DESTINATION "${CMAKE_INSTALL_MANDIR}/man3" COMPONENT development)
-file(RELATIVE_PATH to_prefix "/${CMAKE_INSTALL_LIBDIR}/pkgconfig" "/")
 configure_file(scripts/cmake/metabuffer_application.pc.in "${CMAKE_BINARY_DIR}/metabuffer_application.pc" @ONLY)
 install(FILES "${CMAKE_BINARY_DIR}/metabuffer_application.pc" DESTINATION "${CMAKE_INSTALL_LIBDIR}/pkgconfig"
         COMPONENT development)

@@ -48,6 +48,7 @@ install(CODE "
         message(FATAL_ERROR \"scripts/make-manual failed\")
     endif()" COMPONENT program)
 
+file(RELATIVE_PATH to_prefix "/${CMAKE_INSTALL_LIBDIR}/pkgconfig" "/")  # for the files of pkg-config
 include(application_installation)
 
 # A build with replaced blocks installs no libraries, since they would not be the model's.

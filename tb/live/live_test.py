@@ -1,7 +1,8 @@
 """Tests `metabuffer live` with applications: in C (draw.c), in Python by the library's shared object, and ones that break
 the protocol.
 
-usage: live_test.py [TEST...], with METABUFFER_PROGRAM, METABUFFER_HOST_LIBRARY, METABUFFER_DRAW in the environment
+usage: live_test.py [TEST...], with METABUFFER_PROGRAM, METABUFFER_HOST_LIBRARY, METABUFFER_DRAW and
+METABUFFER_GL in the environment
 """
 
 import ctypes
@@ -20,6 +21,7 @@ import unittest
 
 PROGRAM = os.environ["METABUFFER_PROGRAM"]
 DRAW = os.environ["METABUFFER_DRAW"]
+GL = os.environ["METABUFFER_GL"]
 LIBRARY = ctypes.CDLL(os.environ["METABUFFER_HOST_LIBRARY"])
 LEVELS = ("tlm", "rtl", "functional")
 WIDTH, HEIGHT = 20, 9
@@ -101,15 +103,15 @@ class Wall(unittest.TestCase):
         self.folder = pathlib.Path(scratch.name).resolve()
         self.socket = self.folder / "wall.sock"
 
-    def start(self, *words, **keys):
-        """Starts a wall; it listens when this returns."""
+    def start(self, *words, socket=True, environment=None, **keys):
+        """Starts a wall; it listens when this returns. socket: whether its path is on the command line."""
         (self.folder / "scenario.yaml").write_text(json.dumps({**MACHINE, **keys}))
+        said = (self.folder / "said.txt").open("w")  # not a pipe, which would fill up
+        self.addCleanup(said.close)
         self.wall = subprocess.Popen(
-            [PROGRAM, "live", "scenario.yaml", "--no-window", "--socket", self.socket, "--out", "out", *map(str, words)],
-            cwd=self.folder, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+            [PROGRAM, "live", "scenario.yaml", "--no-window", *(["--socket", self.socket] if socket else []), "--out", "out",
+             *map(str, words)], cwd=self.folder, env=environment, stderr=said,
             preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
-        self.addCleanup(self.wall.stdout.close)
-        self.addCleanup(self.wall.stderr.close)
         self.addCleanup(self.wall.wait)
         self.addCleanup(self.wall.kill)
         self.wait_until(self.socket.exists)
@@ -130,7 +132,8 @@ class Wall(unittest.TestCase):
 
     def finish(self, status=0):
         """Returns what the wall has said, line by line."""
-        text = self.wall.communicate(timeout=PATIENCE_SECONDS)[1]
+        self.wall.wait(timeout=PATIENCE_SECONDS)
+        text = (self.folder / "said.txt").read_text()
         self.assertEqual(self.wall.returncode, status, text)
         self.assertFalse(self.socket.exists())
         return text.splitlines()
@@ -196,15 +199,41 @@ class Recording(Wall):
         for level in LEVELS:
             with self.subTest(level):
                 self.start("--level", level, "--record", "record")
-                self.draw("left", 100_000)
-                self.draw("right", 100_000)
-                self.wait_until(lambda: self.has_shown_something())
+                drawings = [self.draw(link, 100_000, milliseconds=20) for link in ("left", "right")]
+                time.sleep(0.5)  # some frames
+                self.assertEqual([drawing.poll() for drawing in drawings], [None, None])
                 self.wall.send_signal(signal.SIGINT)
                 self.finish()
                 self.check_recorded(level)
 
-    def has_shown_something(self):
-        return any((self.folder / "out").glob(".*/*.png")) or time.sleep(0.5) is None
+    def test_the_wall_as_raw_video(self):
+        self.start("--frames", 3, "--stream", "wall.rgb")
+        self.draw("left", 3, "1,1,1", 77)
+        self.draw("right", 3, "30,1,1")
+        self.finish()
+        video = (self.folder / "wall.rgb").read_bytes()
+        width, height = 2 * 24, 12
+        self.assertEqual(len(video), 3 * width * height * 3)
+        for frame in range(3):
+            pixel = ((frame * height + 1) * width + 1) * 3
+            self.assertEqual(tuple(video[pixel:pixel + 3]), (29 * frame % 256, 29 * frame // 256, 77))
+
+    def test_metabuffer_gl_finds_the_wall(self):
+        folder = dict(os.environ, XDG_RUNTIME_DIR=str(self.folder))
+        self.socket = self.folder / "metabuffer-small.sock"
+        self.start(socket=False, environment=folder)
+        for words in ([], ["--wall", "small"], ["--socket", self.socket]):
+            done = subprocess.run([GL, *words, "--link", "left", "--viewport", "-3,0,2", "--", "env"], env=folder, text=True,
+                                  stdout=subprocess.PIPE, check=True)
+            told = dict(line.split("=", 1) for line in done.stdout.splitlines() if line.startswith("METABUFFER_GL_"))
+            self.assertEqual(told, {"METABUFFER_GL_SOCKET": str(self.socket), "METABUFFER_GL_LINK": "left",
+                                    "METABUFFER_GL_VIEWPORT": "-3,0,2"})
+        for words, line in (([], "--link is missing"), (["--link", "a"], "--viewport is missing"),
+                            (["--link", "a", "--viewport", "1,2"], "--viewport '1,2' is not X,Y,MULTIPLE"),
+                            (["--link", "a", "--viewport", "1,2,3"], "there is no program after --"),
+                            (["--link"], "--link has no value"), (["ls"], "'ls' is not an option; put the program after --")):
+            done = subprocess.run([GL, *words], env=folder, text=True, stderr=subprocess.PIPE, check=False)
+            self.assertEqual((done.returncode, done.stderr), (2, f"metabuffer-gl: {line}; see metabuffer-gl --help\n"))
 
     def test_one_application_draws_more_than_the_other(self):
         self.start("--record", "record")
@@ -437,7 +466,7 @@ class Protocol(Wall):
 
 class Deaths(Wall):
     def test_applications_that_are_killed_at_any_moment(self):
-        kills = int(os.environ.get("METABUFFER_KILLS", "40"))
+        kills = int(os.environ.get("METABUFFER_KILLS", "1000"))
         seed = int(os.environ.get("METABUFFER_SEED", "1"))
         print(f"METABUFFER_SEED={seed}")
         generator = random.Random(seed)
