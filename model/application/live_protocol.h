@@ -35,6 +35,7 @@ typedef struct live_hello {
     char link_name[LIVE_NAME_BYTES]; /* ends with a zero */
     int32_t image_width_pixels;      /* 0: any */
     int32_t image_height_pixels;
+    int32_t depth_format; /* metabuffer_depth_format; METABUFFER_ANY_DEPTH: any */
 } live_hello;
 
 typedef struct live_welcome {

@@ -307,7 +307,7 @@ static void connect_to_wall(void) {
         give_up("its variables are not set; start the program by metabuffer-gl");
         return;
     }
-    metabuffer_status status = metabuffer_open_link(socket, name, 0, 0, -1, &taker.link);
+    metabuffer_status status = metabuffer_open_link(socket, name, 0, 0, METABUFFER_ANY_DEPTH, -1, &taker.link);
     if (status != METABUFFER_OK) {
         const char* const message = metabuffer_link_message(taker.link);
         snprintf(line, sizeof line, "%s: %s", socket,

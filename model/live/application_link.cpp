@@ -18,7 +18,7 @@ std::size_t ring_bytes(const metabuffer_link_info& info) {
     return live_ring_bytes(info.image_width_pixels, info.image_height_pixels);
 }
 
-/// Sends all or nothing worth mentioning: messages are small, and an application that does not read has few to come.
+/// Messages are small, and an application that does not read has few to come.
 bool send_now(int socket, const void* data, std::size_t bytes) {
     return send(socket, data, bytes, MSG_NOSIGNAL | MSG_DONTWAIT) == static_cast<ssize_t>(bytes);
 }
@@ -134,7 +134,8 @@ bool ApplicationLink::accept(const metabuffer_link_info& info, std::uint32_t fir
 void ApplicationLink::grant(std::uint32_t index, std::uint32_t number) {
     granted_[index] = number;
     const live_grant message{index, number};
-    if (!has_ended_ && !send_now(socket_, &message, sizeof message)) has_ended_ = true;
+    // An application that has closed its end hears nothing, and what it submitted before is still to be read.
+    send_now(socket_, &message, sizeof message);
 }
 
 ApplicationPair ApplicationLink::take(std::uint32_t least_number) {

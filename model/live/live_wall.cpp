@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <iterator>
 #include <utility>
@@ -18,6 +19,7 @@
 #include "host/text.h"
 #include "scenario/derived_timing.h"
 #include "scenario/link_program.h"
+#include "scenario/names.h"
 
 namespace metabuffer::live {
 namespace {
@@ -34,8 +36,17 @@ constexpr int kFramesUnderWay = 8;
         text::located(path.string(), "cannot be listened at: " + why + "; use another --socket"));
 }
 
-/// Whether a wall listens at the address.
-bool is_alive(const sockaddr_un& address) {
+/// The path must be short enough.
+sockaddr_un address_of(const std::string& path) {
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    std::copy(path.begin(), path.end(), static_cast<char*>(address.sun_path));
+    return address;
+}
+
+/// Whether a wall listens there.
+bool is_alive(const std::string& path) {
+    const sockaddr_un address = address_of(path);
     const int descriptor = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
     const bool connected =
         connect(descriptor, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
@@ -44,29 +55,30 @@ bool is_alive(const sockaddr_un& address) {
 }
 
 int listen_at(const std::filesystem::path& path) {
-    sockaddr_un address{};
-    address.sun_family = AF_UNIX;
     const std::string name = path.string();
-    if (name.size() >= sizeof address.sun_path) {
-        fail_to_listen(path,
-                       "its path is longer than " + std::to_string(sizeof address.sun_path - 1) + " bytes");
+    // Made under another name: once it has its own, it is this user's alone, and applications can connect.
+    const std::string aside = name + "~";
+    if (aside.size() >= sizeof(sockaddr_un::sun_path)) {
+        fail_to_listen(
+            path, "its path is longer than " + std::to_string(sizeof(sockaddr_un::sun_path) - 2) + " bytes");
     }
-    std::copy(name.begin(), name.end(), static_cast<char*>(address.sun_path));
     struct stat file {};
     if (lstat(name.c_str(), &file) == 0) {
         if (!S_ISSOCK(file.st_mode)) fail_to_listen(path, "a file of that name is there");
-        if (is_alive(address)) fail_to_listen(path, "another wall listens there");
-        unlink(name.c_str());  // of a wall that was killed
+        if (is_alive(name)) fail_to_listen(path, "another wall listens there");
     }
+    unlink(aside.c_str());  // of a wall that was killed
+    const sockaddr_un address = address_of(aside);
     const int listener = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-    if (listener < 0) fail_to_listen(path, std::strerror(errno));
-    const mode_t mask = umask(S_IRWXG | S_IRWXO | S_IXUSR);  // so that it never was anybody else's
-    const bool bound = bind(listener, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
-    const int error = errno;
-    umask(mask);
-    if (!bound || listen(listener, static_cast<int>(kMostNewcomers)) != 0) {
-        ::close(listener);
-        fail_to_listen(path, std::strerror(bound ? errno : error));
+    const bool listens =
+        listener >= 0 && bind(listener, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0 &&
+        chmod(aside.c_str(), S_IRUSR | S_IWUSR) == 0 &&
+        listen(listener, static_cast<int>(kMostNewcomers)) == 0 && rename(aside.c_str(), name.c_str()) == 0;
+    if (!listens) {
+        const std::string why = std::strerror(errno);
+        if (listener >= 0) ::close(listener);
+        unlink(aside.c_str());
+        fail_to_listen(path, why);
     }
     return listener;
 }
@@ -200,45 +212,54 @@ void LiveWall::accept_application() {
     newcomers_.push_back(std::move(application));
 }
 
-void LiveWall::welcome(std::unique_ptr<ApplicationLink> application) {
-    const live_hello& hello = *application->hello();
-    const std::string name = static_cast<const char*>(hello.link_name);
+LiveWall::Link* LiveWall::link_of(const std::string& name) {
     const auto link = std::find_if(links_.begin(), links_.end(),
                                    [&](const Link& one) { return renderer_of(one).name == name; });
-    std::string why;
-    if (hello.magic != LIVE_MAGIC) {
-        why = "does not speak the protocol of metabuffer_host.h";
-    } else if (hello.version != LIVE_VERSION) {
-        why = "speaks version " + std::to_string(hello.version) + " of the protocol; use version " +
-              std::to_string(LIVE_VERSION);
-    } else if (link == links_.end()) {
+    return link == links_.end() ? nullptr : &*link;
+}
+
+/// Why that application cannot have the link; empty if it can. link: null if no live renderer has the name.
+std::string LiveWall::refusal(const live_hello& hello, const Link* link) const {
+    if (hello.magic != LIVE_MAGIC) return "does not speak the protocol of metabuffer_host.h";
+    if (hello.version != LIVE_VERSION) {
+        return "speaks version " + std::to_string(hello.version) + " of the protocol; use version " +
+               std::to_string(LIVE_VERSION);
+    }
+    const std::string name = text::quoted(static_cast<const char*>(hello.link_name));
+    if (link == nullptr) {
         std::vector<std::string> names;
-        for (const Link& one : links_) {
-            names.push_back(text::quoted(renderer_of(one).name));
-        }
-        why = text::quoted(name) + " is not a live renderer; use " + text::joined(names, "or");
-    } else if (link->application) {
-        why = text::quoted(name) + " has an application already; use another renderer";
-    } else {
-        const Renderer& renderer = renderer_of(*link);
-        const std::int32_t width = hello.image_width_pixels;
-        const std::int32_t height = hello.image_height_pixels;
-        const bool fits = (width == 0 && height == 0) ||
-                          (width == renderer.image_width_pixels && height == renderer.image_height_pixels);
-        if (!fits) {
-            why = text::quoted(name) + " has images of " + std::to_string(renderer.image_width_pixels) + "x" +
-                  std::to_string(renderer.image_height_pixels) + " pixels, not " + std::to_string(width) +
-                  "x" + std::to_string(height) + "; use the size of its key live";
-        } else if (!application->accept(info_of(scenario_, renderer), link->begun)) {
-            why = "the system has no memory for " + text::quoted(name);
-        }
+        for (const Link& one : links_) names.push_back(text::quoted(renderer_of(one).name));
+        return name + " is not a live renderer; use " + text::joined(names, "or");
+    }
+    if (link->application) return name + " has an application already; use another renderer";
+    const metabuffer_link_info info = info_of(scenario_, renderer_of(*link));
+    const auto size = [](std::int32_t width, std::int32_t height) {
+        return std::to_string(width) + "x" + std::to_string(height);
+    };
+    const std::string asked = size(hello.image_width_pixels, hello.image_height_pixels);
+    const std::string needed = size(info.image_width_pixels, info.image_height_pixels);
+    if (asked != needed && asked != size(0, 0)) {
+        return name + " has images of " + needed + " pixels, not " + asked + "; use the size of its key live";
+    }
+    if (hello.depth_format != METABUFFER_ANY_DEPTH && hello.depth_format != info.depth_format) {
+        return name + " has depths of format " + to_string(scenario_.depth_format) + "; use that one";
+    }
+    return {};
+}
+
+void LiveWall::welcome(std::unique_ptr<ApplicationLink> application) {
+    const live_hello& hello = *application->hello();
+    Link* const link = link_of(static_cast<const char*>(hello.link_name));
+    std::string why = refusal(hello, link);
+    if (why.empty() && !application->accept(info_of(scenario_, renderer_of(*link)), link->begun)) {
+        why = "the system has no memory for it";
     }
     if (!why.empty()) {
         application->refuse(why);
         report("refused an application: " + why);
         return;
     }
-    report(text::quoted(name) + ": an application has come");
+    report(text::quoted(renderer_of(*link).name) + ": an application has come");
     link->application = std::move(application);
     link->had_application = true;
 }

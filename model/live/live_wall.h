@@ -76,6 +76,8 @@ class LiveWall final : public LivePairs {
     std::uint32_t pairs_to_come(const Link& link) const;
     void serve(std::chrono::duration<double> longest);
     void accept_application();
+    Link* link_of(const std::string& name);
+    std::string refusal(const live_hello& hello, const Link* link) const;
     void welcome(std::unique_ptr<ApplicationLink> application);
     void receive(Link& link);
     void close(Link& link, const std::string& why);

@@ -32,6 +32,7 @@ PATIENCE_SECONDS = 60
 # Of application/live_protocol.h.
 MAGIC, VERSION, NAME_BYTES = 0x564C424D, 1, 128
 REFUSED, ENDED = 11, 12
+ANY_DEPTH, A8Z16, Z24 = -1, 0, 1
 
 
 class Row(ctypes.Structure):
@@ -50,7 +51,7 @@ LIBRARY.metabuffer_close_link.argtypes = [ctypes.c_void_p]
 LIBRARY.metabuffer_submit_pair.argtypes = [ctypes.c_void_p, ctypes.POINTER(Pair)]
 LIBRARY.metabuffer_begin_pair.argtypes = [ctypes.c_void_p, ctypes.c_int, ctypes.POINTER(Pair)]
 LIBRARY.metabuffer_write_controls.argtypes = [ctypes.c_void_p, ctypes.POINTER(Pair), ctypes.POINTER(Row), ctypes.c_size_t]
-LIBRARY.metabuffer_open_link.argtypes = [ctypes.c_char_p, ctypes.c_char_p, ctypes.c_int32, ctypes.c_int32, ctypes.c_int,
+LIBRARY.metabuffer_open_link.argtypes = [ctypes.c_char_p, ctypes.c_char_p, ctypes.c_int32, ctypes.c_int32, ctypes.c_int, ctypes.c_int,
                                          ctypes.POINTER(ctypes.c_void_p)]
 
 
@@ -61,9 +62,9 @@ class Refused(Exception):
 class Link:
     """The library's link, from Python."""
 
-    def __init__(self, path, name, width=0, height=0):
+    def __init__(self, path, name, width=0, height=0, depth_format=ANY_DEPTH):
         self.link = ctypes.c_void_p()
-        status = LIBRARY.metabuffer_open_link(str(path).encode(), name.encode(), width, height, 20_000,
+        status = LIBRARY.metabuffer_open_link(str(path).encode(), name.encode(), width, height, depth_format, 20_000,
                                               ctypes.byref(self.link))
         if status:
             message = (LIBRARY.metabuffer_link_message(self.link) or b"").decode()
@@ -114,7 +115,7 @@ class Wall(unittest.TestCase):
             preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
         self.addCleanup(self.wall.wait)
         self.addCleanup(self.wall.kill)
-        self.wait_until(self.socket.exists)
+        self.wait_until(lambda: "waiting for applications at" in (self.folder / "said.txt").read_text())
 
     def wait_until(self, condition):
         end = time.monotonic() + PATIENCE_SECONDS
@@ -336,8 +337,8 @@ class Protocol(Wall):
         raw.sendall(data)
         return raw
 
-    def hello(self, name="left", magic=MAGIC, version=VERSION, width=0, height=0):
-        return struct.pack(f"<II{NAME_BYTES}sii", magic, version, name.encode(), width, height)
+    def hello(self, name="left", magic=MAGIC, version=VERSION):
+        return struct.pack(f"<II{NAME_BYTES}siii", magic, version, name.encode(), 0, 0, ANY_DEPTH)
 
     def check_others(self, *expected):
         """The right link works; and left, whose application did something wrong before."""
@@ -354,14 +355,16 @@ class Protocol(Wall):
 
     def test_who_is_refused(self):
         self.start()
-        for name, width, height, line in (
-                ("middle", 0, 0, "'middle' is not a live renderer; use 'left' or 'right'"),
-                ("left", WIDTH + 1, HEIGHT, f"'left' has images of {WIDTH}x{HEIGHT} pixels, not {WIDTH + 1}x{HEIGHT}; "
-                                            "use the size of its key live")):
+        for name, width, height, depth_format, line in (
+                ("middle", 0, 0, A8Z16, "'middle' is not a live renderer; use 'left' or 'right'"),
+                ("left", WIDTH + 1, HEIGHT, A8Z16, f"'left' has images of {WIDTH}x{HEIGHT} pixels, not {WIDTH + 1}x{HEIGHT}; "
+                                                   "use the size of its key live"),
+                ("left", 0, 0, Z24, "'left' has depths of format a8z16; use that one"),
+                ("left", 0, 0, 7, "'left' has depths of format a8z16; use that one")):
             with self.assertRaises(Refused) as refused:
-                Link(self.socket, name, width, height)
+                Link(self.socket, name, width, height, depth_format)
             self.assertEqual(refused.exception.args, (REFUSED, line))
-        link = Link(self.socket, "left", WIDTH, HEIGHT)
+        link = Link(self.socket, "left", WIDTH, HEIGHT, A8Z16)
         with self.assertRaises(Refused) as refused:
             Link(self.socket, "left")
         self.assertEqual(refused.exception.args, (REFUSED, "'left' has an application already; use another renderer"))
@@ -452,6 +455,24 @@ class Protocol(Wall):
         self.assertEqual(second.returncode, 2)
         self.assertEqual(second.stderr, f"{self.socket}: cannot be listened at: another wall listens there; use another "
                                         "--socket\n")
+        self.check_others()
+
+    def test_where_a_wall_cannot_listen(self):
+        (self.folder / "scenario.yaml").write_text(json.dumps(MACHINE))
+        (self.folder / "file").touch()
+        for path, why in (("file", "a file of that name is there"), ("none/wall.sock", "No such file or directory"),
+                          ("x" * 107, "its path is longer than 106 bytes")):
+            done = subprocess.run([PROGRAM, "live", "scenario.yaml", "--no-window", "--socket", path], cwd=self.folder,
+                                  text=True, stderr=subprocess.PIPE, check=False)
+            self.assertEqual((done.returncode, done.stderr), (2, f"{path}: cannot be listened at: {why}; use another --socket\n"))
+        self.assertEqual(sorted(path.name for path in self.folder.iterdir()), ["file", "scenario.yaml"])
+
+    def test_a_socket_that_a_killed_wall_has_left(self):
+        self.start()
+        self.wall.kill()
+        self.wall.wait()
+        self.assertTrue(self.socket.exists())
+        self.start()
         self.check_others()
 
     def test_other_commands_refuse_a_live_renderer(self):
