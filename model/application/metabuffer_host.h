@@ -134,8 +134,8 @@ metabuffer_status metabuffer_read_control(const uint32_t* scanline, size_t width
 
 typedef enum metabuffer_depth_format {
     METABUFFER_ANY_DEPTH = -1, /* to open a link: whichever the wall has */
-    METABUFFER_A8Z16 = 0, /* alpha in bits 23 to 16, Z in bits 15 to 0 */
-    METABUFFER_Z24 = 1    /* Z in bits 23 to 0, no alpha */
+    METABUFFER_A8Z16 = 0,      /* alpha in bits 23 to 16, Z in bits 15 to 0 */
+    METABUFFER_Z24 = 1         /* Z in bits 23 to 0, no alpha */
 } metabuffer_depth_format;
 
 typedef enum metabuffer_depth_type {
@@ -198,9 +198,10 @@ metabuffer_status metabuffer_default_socket(const char* wall_name, char* path, s
 /* Connects the renderer `link_name` of the scenario, which must be a live one that nobody has connected. Sizes are those
  * of the image and must be the scenario's; 0 and 0 take what the scenario says. So must the depth format be. timeout_ms: for the wall's answer; below
  * 0 for ever. *link: to be closed, also if the status is METABUFFER_REFUSED; null for any other failure. */
-metabuffer_status metabuffer_open_link(const char *socket_path, const char *link_name, int32_t image_width_pixels,
-                                       int32_t image_height_pixels, metabuffer_depth_format depth_format,
-                                       int timeout_ms, metabuffer_link **link);
+metabuffer_status metabuffer_open_link(const char* socket_path, const char* link_name,
+                                       int32_t image_width_pixels, int32_t image_height_pixels,
+                                       metabuffer_depth_format depth_format, int timeout_ms,
+                                       metabuffer_link** link);
 
 /* One line, the wall's words: why it has refused or ended the link; empty if it has not. The link's. */
 const char* metabuffer_link_message(const metabuffer_link* link);
