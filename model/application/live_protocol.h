@@ -58,7 +58,8 @@ static inline size_t live_frame_words(int32_t image_width_pixels, int32_t image_
     return (size_t)image_width_pixels * ((size_t)image_height_pixels + 1);
 }
 static inline size_t live_ring_bytes(int32_t image_width_pixels, int32_t image_height_pixels) {
-    return LIVE_RING_PAIRS * 2 * live_frame_words(image_width_pixels, image_height_pixels) * sizeof(uint32_t);
+    return (size_t)LIVE_RING_PAIRS * 2 * live_frame_words(image_width_pixels, image_height_pixels) *
+           sizeof(uint32_t);
 }
 
 #ifdef __cplusplus

@@ -101,7 +101,7 @@ class BusPort final : public Block {
         /// Of the pixel that many after the next one.
         std::int64_t address_of(int pixels) const {
             const int width = segment.row().sdx;
-            return address + pixels + (column + pixels) / width * (image_width_pixels - width);
+            return address + pixels + std::int64_t{(column + pixels) / width} * (image_width_pixels - width);
         }
         /// So many have been put into a beat.
         void advance(int pixels);
