@@ -99,7 +99,6 @@ class LiveWall final : public LivePairs {
     std::vector<Link> links_;
     std::vector<std::unique_ptr<ApplicationLink>> newcomers_;  ///< that have not said who they are
     int shown_ = -1;                                           ///< the newest frame on a display
-    bool stopped_ = false;
     bool ended_ = false;
     Clock::time_point started_ = Clock::now();
 };
