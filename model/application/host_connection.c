@@ -181,9 +181,10 @@ static metabuffer_status open_link(metabuffer_link* link, const char* path, cons
     return status;
 }
 
-metabuffer_status metabuffer_open_link(const char *socket_path, const char *link_name, int32_t image_width_pixels,
-                                       int32_t image_height_pixels, metabuffer_depth_format depth_format,
-                                       int timeout_ms, metabuffer_link **link) {
+metabuffer_status metabuffer_open_link(const char* socket_path, const char* link_name,
+                                       int32_t image_width_pixels, int32_t image_height_pixels,
+                                       metabuffer_depth_format depth_format, int timeout_ms,
+                                       metabuffer_link** link) {
     if (link == NULL) return METABUFFER_BAD_ARGUMENT;
     *link = NULL;
     if (socket_path == NULL || link_name == NULL || image_width_pixels < 0 || image_height_pixels < 0) {

@@ -264,7 +264,8 @@ static int can_read_depth(void) {
 /* Reads the back buffer into colours and depths, bottom row first. */
 static int read_back_buffer(int32_t width, int32_t height) {
     const OpenGl* const gl = &taker.gl;
-    while (gl->get_error() != 0) { /* so that what comes is of the reading */
+    /* So that what comes is of the reading. A context that is lost has errors without end. */
+    for (int errors = 0; errors < 16 && gl->get_error() != 0; ++errors) {
     }
     gl->read_pixels(0, 0, width, height, GL_RGBA, GL_UNSIGNED_BYTE, taker.colours);
     gl->read_pixels(0, 0, width, height, GL_DEPTH_COMPONENT, GL_UNSIGNED_INT, taker.depths);
@@ -307,7 +308,8 @@ static void connect_to_wall(void) {
         give_up("its variables are not set; start the program by metabuffer-gl");
         return;
     }
-    metabuffer_status status = metabuffer_open_link(socket, name, 0, 0, METABUFFER_ANY_DEPTH, -1, &taker.link);
+    metabuffer_status status =
+        metabuffer_open_link(socket, name, 0, 0, METABUFFER_ANY_DEPTH, -1, &taker.link);
     if (status != METABUFFER_OK) {
         const char* const message = metabuffer_link_message(taker.link);
         snprintf(line, sizeof line, "%s: %s", socket,

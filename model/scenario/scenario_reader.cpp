@@ -462,10 +462,7 @@ void read_images(Draft& draft, ImageCache& cache, LiveRenderers live) {
     for (const RendererSource& source : draft.sources) {
         Renderer& original = draft.scenario.renderers[source.first];
         if (original.is_live) {
-            if (live == LiveRenderers::kRefused) {
-                source.entry.child("live").fail(
-                    "gets its images from an application; use metabuffer live, or frames with images");
-            }
+            if (live == LiveRenderers::kRefused) refuse_live(source.entry.child("live"));
             make_live(original, source.live, draft.scenario.depth_format);
         }
         read_images(source, draft.scenario, cache, original);
@@ -591,6 +588,10 @@ const std::shared_ptr<const StoredImage>& ImageCache::image_of(const Key& key, F
         failures_[key] = {error.what(), is_lasting};
         throw;
     }
+}
+
+void refuse_live(const Entry& live) {
+    live.fail("gets its images from an application; use metabuffer live, or frames with images");
 }
 
 Scenario read_settings(const Value& tree, const std::string& default_name) {

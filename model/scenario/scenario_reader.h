@@ -13,6 +13,7 @@
 #include "formats/image_reading.h"
 #include "formats/stored_image.h"
 #include "images/image_source.h"
+#include "scenario/entry.h"
 #include "scenario/scenario.h"
 #include "scenario/yaml_reader.h"
 
@@ -49,6 +50,9 @@ class ImageCache {
     };
     std::map<Key, Failure> failures_;
 };
+
+/// Fails because of a renderer's key live.
+[[noreturn]] void refuse_live(const Entry& live);
 
 /// All except for the images, what follows from them (the tables of viewports), and colour tables. Throws InputError.
 Scenario read_settings(const Value& tree, const std::string& default_name);

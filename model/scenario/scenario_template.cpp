@@ -105,6 +105,13 @@ Scenario ScenarioTemplate::scenario(const std::vector<ScenarioOverride>& overrid
     });
 }
 
+void ScenarioTemplate::refuse_live() const {
+    const input::Entry root(content_->tree, scenario_schema());
+    for (const input::Entry& renderer : root.child("renderers").items()) {
+        if (const input::Entry live = renderer.child("live"); live.present()) input::refuse_live(live);
+    }
+}
+
 std::vector<std::filesystem::path> ScenarioTemplate::input_files(
     const std::vector<ScenarioOverride>& overrides) const {
     return content_->with(overrides, [this](const input::Value& tree) {

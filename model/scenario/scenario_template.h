@@ -34,6 +34,8 @@ class ScenarioTemplate {
     /// The scenario with these overrides, as load_scenario() makes it. Throws InputError.
     Scenario scenario(const std::vector<ScenarioOverride>& overrides,
                       LiveRenderers live = LiveRenderers::kRefused) const;
+    /// Throws InputError if a renderer gets its images from an application: only metabuffer live has any.
+    void refuse_live() const;
     /// The files of images, depths and colour tables that the scenario with these overrides names, each once, whether
     /// they are there or not. Throws InputError for overrides that cannot be applied.
     std::vector<std::filesystem::path> input_files(const std::vector<ScenarioOverride>& overrides) const;

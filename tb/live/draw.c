@@ -37,7 +37,8 @@ int main(int count, char** words) {
     if (sscanf(words[4], "%d,%d,%d", &viewport.x, &viewport.y, &viewport.multiple) != 3) return 1;
     const long milliseconds = atol(words[6]);
     metabuffer_link* link = NULL;
-    metabuffer_status status = metabuffer_open_link(words[1], words[2], 0, 0, METABUFFER_ANY_DEPTH, WAIT_MS, &link);
+    metabuffer_status status =
+        metabuffer_open_link(words[1], words[2], 0, 0, METABUFFER_ANY_DEPTH, WAIT_MS, &link);
     if (status == METABUFFER_OK) {
         const metabuffer_link_info* const info = metabuffer_link_get_info(link);
         metabuffer_row rows[MOST_DISPLAYS];

@@ -219,6 +219,36 @@ class Recording(Wall):
             pixel = ((frame * height + 1) * width + 1) * 3
             self.assertEqual(tuple(video[pixel:pixel + 3]), (29 * frame % 256, 29 * frame // 256, 77))
 
+    def test_pictures_of_every_frame(self):
+        self.start("--frames", 3, "--pictures", "all")
+        for name in ("left", "right"):
+            self.draw(name, 3)
+        self.finish()
+        self.assertEqual(sorted(self.pictures("out")), ["collage.png", *sorted(
+            f"display_{display}{frame}.png" for display in (1, 2) for frame in ("", ".0000", ".0001", ".0002"))])
+
+    def test_real_time(self):
+        """A free-running link begins pair k no sooner than k pair times after the start."""
+        frames, pair_seconds = 3, 0.2
+        begun = time.monotonic()
+        self.start("--frames", frames, "--real-time", pacing="free-running", clocks={"dvi_in_refresh_hz": 2 / pair_seconds})
+        drawing = self.draw("left", 1000, milliseconds=1)
+        self.finish()
+        self.assertGreaterEqual(time.monotonic() - begun, (frames - 1) * pair_seconds)
+        drawing.wait()
+
+    def test_memory_is_given_back(self):
+        """A wall without --record that has shown many large pictures holds a few of them."""
+        width, height, pairs, pixel_bytes = 400, 300, 200, 8
+        self.start(displays={"width": 400, "height": 300}, renderers=[{"name": "left", "live": {"width": width, "height": height}}])
+        steady = self.draw("left", pairs)
+        peak = 0
+        while steady.poll() is None:
+            status = pathlib.Path(f"/proc/{self.wall.pid}/status").read_text()
+            peak = max([peak, *(int(line.split()[1]) for line in status.splitlines() if line.startswith("VmRSS"))])
+        self.finish()
+        self.assertLess(peak * 1024, pairs / 2 * width * height * pixel_bytes)
+
     def test_metabuffer_gl_finds_the_wall(self):
         folder = dict(os.environ, XDG_RUNTIME_DIR=str(self.folder))
         self.socket = self.folder / "metabuffer-small.sock"
@@ -479,8 +509,8 @@ class Protocol(Wall):
         (self.folder / "scenario.yaml").write_text(json.dumps(MACHINE))
         for command in (["run"], ["size"], ["analyze"], ["compare"]):
             words = [*command, "scenario.yaml"] + (["--minimize", "bus.width_bits"] if command == ["size"] else [])
-            done = subprocess.run([PROGRAM, *words], cwd=self.folder, text=True, stderr=subprocess.PIPE, check=False)
-            self.assertEqual(done.returncode, 2)
+            done = subprocess.run([PROGRAM, *words], cwd=self.folder, text=True, capture_output=True, check=False)
+            self.assertEqual((done.returncode, done.stdout), (2, ""))
             self.assertEqual(done.stderr, "scenario.yaml:1: renderers[0].live: gets its images from an application; use "
                                           "metabuffer live, or frames with images\n")
 

@@ -9,6 +9,7 @@ import os
 import pathlib
 import signal
 import subprocess
+import sys
 import tempfile
 import time
 import unittest
@@ -46,8 +47,8 @@ class OpenGl(unittest.TestCase):
         if process.poll() is None:
             os.killpg(process.pid, signal.SIGKILL)
 
-    def wall(self, *words):
-        wall = self.start([PROGRAM, "live", SCENARIO, "--no-window", "--socket", "wall.sock", "--out", "out", *words],
+    def wall(self, *words, scenario=SCENARIO):
+        wall = self.start([PROGRAM, "live", scenario, "--no-window", "--socket", "wall.sock", "--out", "out", *words],
                           cwd=self.folder, stderr=subprocess.PIPE)
         self.addCleanup(wall.stderr.close)
         end = time.monotonic() + PATIENCE_SECONDS
@@ -86,6 +87,18 @@ class OpenGl(unittest.TestCase):
 
     def collage(self, folder):
         return (self.folder / folder / "collage.png").read_bytes()
+
+    def test_state_of_the_context_stays(self):
+        (self.folder / "one.yaml").write_text(json.dumps({
+            "displays": {"width": 64, "height": 48}, "renderers": [{"name": "state", "live": {"width": 64, "height": 48}}]}))
+        wall = self.wall("--stream", "wall.rgb", scenario="one.yaml")
+        program = self.program("state", "0,0,1", [sys.executable, pathlib.Path(__file__).with_name("opengl_state.py"), "64", "48"])
+        self.assertEqual(program.communicate(timeout=PATIENCE_SECONDS)[1], "")
+        self.assertEqual(program.returncode, 0)
+        text = wall.communicate(timeout=PATIENCE_SECONDS)[1]
+        self.assertEqual(wall.returncode, 0, text)
+        # What the program drew to its window, and not what its framebuffer holds.
+        self.assertEqual((self.folder / "wall.rgb").read_bytes(), bytes((51, 102, 204)) * (64 * 48 * 2))
 
     def test_a_window_of_another_size(self):
         self.wall()

@@ -179,7 +179,7 @@ class Scenarios {
     void read(const std::filesystem::path& file, const std::string& where) {
         if (templates_.count(file) != 0) return;
         try {
-            templates_.emplace(file, file);
+            templates_.emplace(file, file).first->second.refuse_live();
         } catch (const InputError& error) {
             fail(where, error.what());
         }

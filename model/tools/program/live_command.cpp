@@ -23,15 +23,15 @@
 namespace metabuffer {
 namespace {
 
+constexpr const char* kPictures = "--pictures";
 constexpr const char* kLiveFooter =
     "Renderers of the scenario that have the key live wait for their applications, which connect through\n"
-    "metabuffer_host.h or by metabuffer-gl. It ends after --frames, at Ctrl-C, or when every application "
-    "has\n"
-    "gone, with the report and the last pictures. A recorded scenario runs again by metabuffer run.\n"
+    "metabuffer_host.h or by metabuffer-gl. It ends after --frames, at Ctrl-C, or when every application\n"
+    "has gone, with report and pictures as run writes them. What was recorded runs again by metabuffer run.\n"
     "Examples:\n"
-    "  metabuffer live scenarios/live-wall.yaml\n"
-    "  metabuffer live scenarios/live-wall.yaml --level rtl --no-window --record recorded\n"
-    "  metabuffer live scenarios/live-wall.yaml --no-window --stream - |\n"
+    "  metabuffer live scenarios/live/two-programs.yaml\n"
+    "  metabuffer live scenarios/live/two-programs.yaml --level rtl --no-window --record recorded\n"
+    "  metabuffer live scenarios/live/two-programs.yaml --no-window --stream - |\n"
     "      ffplay -f rawvideo -pixel_format rgb24 -video_size 640x480 -\n"
     "Exit status: 0 done; 1 the model failed; 2 bad input, or no application has sent a pair; 3 --strict "
     "and\n"
@@ -59,6 +59,9 @@ LiveCommand::LiveCommand(CLI::App& program)
     command().add_option("--stream", stream_file_,
                          "Write each frame of the wall as raw video, R G B, to FILE or, with -, to standard "
                          "output");
+    command().add_option(kPictures, pictures_,
+                         "Which pictures are written, as for run: last (default), all, none, or frames such "
+                         "as 2 or 2-5");
     command().add_option("--out", out_directory_, "Directory for the results (default: out/NAME)");
     command().add_flag("--no-window", no_window_, "Show no window");
     command().add_flag("--strict", strict_,
@@ -91,7 +94,7 @@ ExitStatus LiveCommand::execute() {
     ResultFolder folder(out_directory_.empty() ? std::filesystem::path("out") / scenario.name
                                                : std::filesystem::path(out_directory_),
                         inputs);
-    PictureSink pictures(folder, scenario, parse_picture_choice("--pictures", "last", scenario.frames));
+    PictureSink pictures(folder, scenario, parse_picture_choice(kPictures, pictures_, scenario.frames));
     const StopSignals signals;
     WallScreen screen(scenario, stream_file_, !no_window_);
     const std::filesystem::path socket = socket_of(scenario);

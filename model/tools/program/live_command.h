@@ -25,6 +25,7 @@ class LiveCommand final : public Command {
     std::string out_directory_;
     std::string record_directory_;
     std::string stream_file_;
+    std::string pictures_ = "last";
     double wait_seconds_ = 10.0;
     bool no_window_ = false;
     bool real_time_ = false;

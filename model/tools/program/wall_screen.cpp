@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <iostream>
+#include <numeric>
 
 #include "host/errors.h"
 #include "host/text.h"
@@ -21,6 +22,8 @@ WallScreen::WallScreen(const Scenario& scenario, const std::string& video, bool 
                 ColourImage(scenario.displays.width_pixels, scenario.displays.height_pixels)),
       marked_(displays_),
       frames_(displays_.size(), -1),
+      starved_pixels_(displays_.size()),
+      wrong_pixels_(displays_.size()),
       video_name_(video == "-" ? "standard output" : video) {
     if (!video.empty()) {
         video_ = &std::cout;
@@ -41,12 +44,19 @@ void WallScreen::take(const DisplayedFrame& displayed, const std::vector<std::si
         for (const std::size_t pixel : wrong_pixels) marked_[index].values[pixel] = kMark;
     }
     frames_[index] = displayed.frame;
+    starved_pixels_[index] = displayed.starved_pixels;
+    wrong_pixels_[index] = static_cast<std::int64_t>(wrong_pixels.size());
     const bool all =
         std::all_of(frames_.begin(), frames_.end(), [&](int frame) { return frame == displayed.frame; });
     if (!all) return;
     if (video_ != nullptr) write(collage(displays_, scenario_.displays, 0));
     if (window_) {
-        window_->show(collage(displays_, scenario_.displays), collage(marked_, scenario_.displays));
+        const auto sum = [](const std::vector<std::int64_t>& counts) {
+            return std::to_string(std::accumulate(counts.begin(), counts.end(), std::int64_t{0}));
+        };
+        window_->show(collage(displays_, scenario_.displays), collage(marked_, scenario_.displays),
+                      ", frame " + std::to_string(displayed.frame) + ": " + sum(starved_pixels_) +
+                          " pixels starved, " + sum(wrong_pixels_) + " wrong");
         poll();
     }
 }

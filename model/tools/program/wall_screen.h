@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <fstream>
 #include <functional>
 #include <iosfwd>
@@ -38,8 +39,10 @@ class WallScreen {
 
     const Scenario& scenario_;
     std::vector<ColourImage> displays_;
-    std::vector<ColourImage> marked_;  ///< the same, wrong pixels marked
-    std::vector<int> frames_;          ///< by display: the newest
+    std::vector<ColourImage> marked_;           ///< the same, wrong pixels marked
+    std::vector<int> frames_;                   ///< by display: the newest
+    std::vector<std::int64_t> starved_pixels_;  ///< by display, of its newest frame; hidden ones as well
+    std::vector<std::int64_t> wrong_pixels_;    ///< by display, of its newest frame
     std::string video_name_;
     std::ofstream video_file_;
     std::ostream* video_ = nullptr;

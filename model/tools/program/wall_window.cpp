@@ -67,10 +67,12 @@ class SdlWindow final : public WallWindow {
         return window_ != nullptr;
     }
 
-    void show(const ColourImage& picture, const ColourImage& marked) override {
+    void show(const ColourImage& picture, const ColourImage& marked, const std::string& state) override {
         if (picture_.values.empty()) sdl_.set_size(window_, picture.width_pixels, picture.height_pixels);
         picture_ = picture;
         marked_ = marked;
+        state_ = state;
+        name_window();
         paint();
     }
 
@@ -84,13 +86,17 @@ class SdlWindow final : public WallWindow {
             if (key == SDLK_q || key == SDLK_ESCAPE) open = false;
             if (key != SDLK_w) continue;
             marks_ = !marks_;
-            sdl_.set_title(window_, (title_ + (marks_ ? ", wrong pixels marked" : "")).c_str());
+            name_window();
             paint();
         }
         return open;
     }
 
   private:
+    void name_window() {
+        sdl_.set_title(window_, (title_ + state_ + (marks_ ? ", wrong pixels marked" : "")).c_str());
+    }
+
     void paint() {
         ColourImage& shown = marks_ ? marked_ : picture_;
         SDL_Surface* const surface = sdl_.surface(window_);
@@ -107,6 +113,7 @@ class SdlWindow final : public WallWindow {
 
     Sdl sdl_;
     std::string title_;
+    std::string state_;
     SDL_Window* window_ = nullptr;
     ColourImage picture_;
     ColourImage marked_;

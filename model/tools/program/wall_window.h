@@ -19,8 +19,8 @@ class WallWindow {
     WallWindow& operator=(const WallWindow&) = delete;
     virtual ~WallWindow() = default;
 
-    /// marked: the same picture with the wrong pixels marked.
-    virtual void show(const ColourImage& picture, const ColourImage& marked) = 0;
+    /// marked: the same picture with the wrong pixels marked. state: what the title says of it.
+    virtual void show(const ColourImage& picture, const ColourImage& marked, const std::string& state) = 0;
     /// Answers the user's keys and the window's changes. False once the user has closed it.
     virtual bool poll() = 0;
 };
