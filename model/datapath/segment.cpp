@@ -78,8 +78,7 @@ std::int64_t Segment::smoothed_last_use(int i, int j) const {
     const int row_ends = need_ends(row_.dy, j, row_.sdy);
     // At the bottom two source rows may be in use to the end; the earlier one is released pixel by pixel.
     const bool with_row_before = j > skipped_rows_ && need_ends(row_.dy, j - 1, row_.sdy) >= bottom_;
-    const bool at_end = with_row_before || i + 1 == row_.sdx;
-    const int x = at_end ? right_ : std::clamp(need_ends(row_.dx, i, row_.sdx), left_ + 1, right_);
+    const int x = with_row_before ? right_ : std::clamp(need_ends(row_.dx, i, row_.sdx), left_ + 1, right_);
     return position(x - 1, std::min(bottom_, row_ends) - 1);
 }
 

@@ -267,15 +267,16 @@ class Recording(Wall):
             self.assertEqual((done.returncode, done.stderr), (2, f"metabuffer-gl: {line}; see metabuffer-gl --help\n"))
 
     def test_one_application_draws_more_than_the_other(self):
-        self.start("--record", "record")
-        self.draw("left", 2)
-        self.draw("right", 8)
-        self.finish()
-        report = self.report()
-        self.assertEqual(report["displays"][0]["frames_shown"], 8)
-        self.assertEqual([renderer["repeated_frames"] for renderer in report["renderers"]], [6, 0])
-        self.check_recorded("tlm")
-        self.check_recorded("tlm")
+        for level in ("tlm", "functional"):
+            with self.subTest(level):
+                self.start("--level", level, "--record", "record")
+                self.draw("left", 2)
+                self.draw("right", 8)
+                self.finish()
+                report = self.report()
+                self.assertEqual(report["displays"][0]["frames_shown"], 8)
+                self.assertEqual([renderer["repeated_frames"] for renderer in report["renderers"]], [6, 0])
+                self.check_recorded(level)
 
     def test_a_late_pair_is_missing(self):
         self.start("--record", "record", "--wait", "0.3")

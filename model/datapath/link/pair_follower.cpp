@@ -121,7 +121,6 @@ void PairFollower::reject(RejectCause cause, PairEvent& event) {
         lose_pair(number_, event);
     }
     expect_ = Expect::kAnyColour;
-    colour_begun_ = false;
 }
 
 }  // namespace metabuffer

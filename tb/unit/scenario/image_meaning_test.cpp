@@ -605,12 +605,13 @@ TEST_CASE(
         CHECK(z_of(image) == row.z);
         CHECK(image.clamped.before_near_pixels == row.before);
         CHECK(image.clamped.behind_far_pixels == row.behind);
+        CHECK(image.clamped.any() == (row.before + row.behind > 0));
     }
     const auto error = [&](const std::vector<float>& depths, const ImageReading& reading) {
         return error_of(fixture.write("z.exr", {{"Z"}, TypeDesc::FLOAT}, depths), reading);
     };
     CHECK(error({-1, -1, 3, 4, 100, 100}, reading_of(0, 10)).empty());
-    CHECK(error({-1, -1, -1, 3, 4, 100}, reading_of(0, 10)) ==
+    CHECK(error({-1, -2, -3, 3, 4, 100}, reading_of(0, 10)) ==
           (fixture.directory / "z.exr").string() +
               ": 3 of its 5 pixels that are not far have a depth before near, 0, such as -1; use a "
               "depth_range with them in it, or depth_nothing if they mean that nothing is there");

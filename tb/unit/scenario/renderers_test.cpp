@@ -209,6 +209,7 @@ TEST_CASE("renderers: a frame may have the control scanlines as an application w
     depth.payload = {'S', 1, 1, 0, 0};
     const std::string sent = hex_of_scanline(encode_control_scanline(colour, kWidth));
     const std::string other = hex_of_scanline(encode_control_scanline(depth, kWidth));
+    CHECK(hex_of_scanline({0x102030, 0x400000, 0, 0}) == "10203040");  // zeros at its end need not be written
     const RendererFrame frame =
         fixture.parse(with_controls("['" + sent + "', '" + other + "']")).renderers[0].frames[0];
     REQUIRE(frame.controls);
