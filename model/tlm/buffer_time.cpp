@@ -13,7 +13,7 @@ BufferTime::BufferTime(const Config& config, ColumnTime& column) : config_(confi
 
 void BufferTime::begin_frame(int frame, const ViewportRow* row, std::int64_t table_cycle, std::int64_t now) {
     // Earlier frames are settled here, not when beats of this frame come: it may have none.
-    settle(table_cycle, now);
+    settle(now);
     newest_frame_ = frame;
     Frame& state = slot(frame);
     state = Frame{};
@@ -32,11 +32,11 @@ void BufferTime::begin_frame(int frame, const ViewportRow* row, std::int64_t tab
 }
 
 std::int64_t BufferTime::frame_end_cycle(int frame) const {
-    return column_.started(frame) ? column_.frame(frame).cycle_of(frame_end_step()) : kUnknownCycle;
+    return column_.cycle_of(frame, frame_end_step());
 }
 
-void BufferTime::add(const BeatRun& beats, std::int64_t granted, std::int64_t now) {
-    settle(granted, now);
+void BufferTime::add(const BeatRun& beats, std::int64_t now) {
+    settle(now);
     Frame& frame = slot(newest_frame_);
     const Run run{newest_frame_, beats.first_pixel, beats.pixels, beats.first_cycle + 1, false};
     frame.planned += run.pixels;
@@ -69,29 +69,18 @@ BufferTime::Release BufferTime::release_for(std::int64_t planned, int held_limit
     return {};
 }
 
-std::int64_t BufferTime::not_before(const Release& release, std::int64_t now) const {
-    std::int64_t cycle = column_.not_before(release.frame, release.step, now);
-    const Frame& frame = slot(release.frame);
-    if (!column_.started(release.frame) && frame.prefetched_cycle != kUnknownCycle) {
-        // From here PIPEREADY climbs to the top, and STARTFRAME follows.
-        cycle = std::max(cycle, frame.prefetched_cycle + config_.renderer + 1 + release.step);
-    }
-    return cycle;
-}
-
 SlotTime BufferTime::slot_time(std::int64_t earliest, std::int64_t now) const {
     const Release release =
         release_for(planned_pixels(), config_.capacity_pixels - config_.ready_space_pixels);
     if (release.frame < 0) {
-        return {earliest, earliest, 0, 0};
+        return {earliest, 0, 0, 0};
     }
-    const std::int64_t cycle =
-        column_.started(release.frame) ? column_.frame(release.frame).cycle_of(release.step) : kUnknownCycle;
-    if (cycle != kUnknownCycle) {
-        return {std::max(earliest, cycle + 1 + config_.answer_cycles), 0, 0, 0};
+    const std::int64_t cycle = column_.cycle_of(release.frame, release.step);
+    if (cycle == kUnknownCycle) {
+        return {kUnknownCycle, column_.not_before(release.frame, release.step, now), release.frame,
+                release.step};
     }
-    return {kUnknownCycle, std::max(earliest, not_before(release, now) + 1 + config_.answer_cycles),
-            release.frame, release.step};
+    return {std::max(earliest, cycle + 1 + config_.answer_cycles), 0, 0, 0};
 }
 
 BufferTime::Verdict BufferTime::busready_in_burst(const BurstBeat& beat, std::int64_t now) const {
@@ -103,12 +92,11 @@ BufferTime::Verdict BufferTime::busready_in_burst(const BurstBeat& beat, std::in
     if (release.frame < 0) {
         return Verdict::kTaken;
     }
-    const std::int64_t cycle =
-        column_.started(release.frame) ? column_.frame(release.frame).cycle_of(release.step) : kUnknownCycle;
-    if (cycle == kUnknownCycle && not_before(release, now) <= beat.sampled) {
-        return Verdict::kUndecided;
+    const std::int64_t cycle = column_.cycle_of(release.frame, release.step);
+    if (cycle <= beat.sampled) {
+        return Verdict::kTaken;
     }
-    return cycle != kUnknownCycle && cycle <= beat.sampled ? Verdict::kTaken : Verdict::kDropped;
+    return cycle == kUnknownCycle && beat.sampled >= now ? Verdict::kUndecided : Verdict::kDropped;
 }
 
 void BufferTime::count_drop(std::int64_t cycle) {
@@ -231,7 +219,7 @@ void BufferTime::close_frame(int frame, std::int64_t limit, std::int64_t now) {
         starve_unsent(state, limit);
     }
     state.closed = true;
-    settle(now, now);
+    settle(now);
     report_decline(state, now);
     std::vector<StarvedRun>& starved = state.starved;
     std::sort(starved.begin(), starved.end(), [](const StarvedRun& a, const StarvedRun& b) {
@@ -334,31 +322,10 @@ std::int64_t BufferTime::held_of_previous(int frame, std::int64_t cycle) const {
     return previous.pixels - released(previous, cycle);
 }
 
-/// All that must be known about the run's arrival is known: what is released by then, and which of its pixels starve.
-bool BufferTime::is_settled(const Run& run, std::int64_t now) const {
-    const std::int64_t last = last_arrival(run);
-    const Frame& frame = slot(run.frame);
-    if (column_.started(run.frame)) {
-        return column_.frame(run.frame).last_known_step() >= frame_end_step() ||
-               last <= column_.known_through(now);
-    }
-    const std::int64_t first_use = config_.renderer + frame.segment.first_use(run.first_pixel);
-    const Release first_step{run.frame, 0};
-    const std::int64_t start = not_before(first_step, now);
-    // The pixels of the frame before are still being released as they are used, which is known only up to some clock.
-    const bool previous_known = !keeps(run.frame - 1) || last <= column_.known_through(now) ||
-                                (column_.started(run.frame - 1) &&
-                                 column_.frame(run.frame - 1).last_known_step() >= frame_end_step());
-    // STARTFRAME may release pixels.
-    const int before_start = frame.segment.skipped_pixels() > 0 ? 1 : 0;
-    return previous_known && last <= start + config_.renderer - before_start && last <= start + first_use;
-}
-
 /// Counts what cannot change any more, so that little need be kept.
-void BufferTime::settle(std::int64_t through_cycle, std::int64_t now) {
+void BufferTime::settle(std::int64_t now) {
     std::size_t settled = 0;
-    while (settled < runs_.size() && last_arrival(runs_[settled]) <= through_cycle &&
-           is_settled(runs_[settled], now)) {
+    while (settled < runs_.size() && last_arrival(runs_[settled]) <= now) {
         count_run(runs_[settled++]);
     }
     if (settled > 0) {

@@ -29,7 +29,7 @@ struct BurstBeat {
 /// The clock from which the bus may give a slot to a composer.
 struct SlotTime {
     std::int64_t cycle = kUnknownCycle;  ///< BUSREADY is high for an arbitration at this clock or later
-    std::int64_t not_before = 0;         ///< if the cycle is not known: it is no earlier than this
+    std::int64_t not_before = 0;         ///< if it is not known: it is no earlier than this
     /// The step of the column that the cycle depends on, if it is not known.
     int frame = 0;
     std::int64_t step = 0;
@@ -40,8 +40,8 @@ struct SlotTime {
 /// the changes of BUSREADY and the raster pixels that starve. The rules are those of the timing table in
 /// docs/design.md.
 ///
-/// Frames come in order; the table of frame f may come when frame f - 2 has been composited. "now" is a clock
-/// before which every decision of the machine has been taken.
+/// Frames come in order; the table of frame f may come when frame f - 2 has been composited. "now" is the kernel's
+/// clock: all that happens before it has been decided.
 class BufferTime {
   public:
     struct Config {
@@ -71,16 +71,15 @@ class BufferTime {
 
     /// What happens to BUSREADY at a beat of a burst.
     enum class Verdict : std::uint8_t { kTaken, kDropped, kUndecided };
-    /// Whether BUSREADY stays high at a beat.
+    /// Whether BUSREADY stays high at a beat. For a beat that is still to come that may be undecided.
     Verdict busready_in_burst(const BurstBeat& beat, std::int64_t now) const;
     /// Counts a drop of BUSREADY at that clock.
     void count_drop(std::int64_t cycle);
     /// Pixels of the newest frame on their way or arrived, and the clock that samples the last of them.
     std::int64_t planned_pixels() const { return slot(newest_frame_).planned; }
     std::int64_t newest_arrival_cycle() const { return newest_arrival_; }
-    /// Beats that are certain to be sent: `first_pixel` continues the segment. `granted`: the clock in which
-    /// their burst got its slot; the run lasts until then at least.
-    void add(const BeatRun& beats, std::int64_t granted, std::int64_t now);
+    /// Beats that are certain to be sent: `first_pixel` continues the segment.
+    void add(const BeatRun& beats, std::int64_t now);
     /// The clock from which another slot is taken. earliest: the first clock in which BUSREADY counts all that was
     /// sent.
     SlotTime slot_time(std::int64_t earliest, std::int64_t now) const;
@@ -159,12 +158,10 @@ class BufferTime {
     std::int64_t released(const Frame& frame, std::int64_t cycle) const;
     std::int64_t held_of_previous(int frame, std::int64_t cycle) const;
     Release release_for(std::int64_t planned, int held_limit) const;
-    std::int64_t not_before(const Release& release, std::int64_t now) const;
     void report_needed_step(const Frame& frame);
     void report_late_arrivals(const Run& run);
     void report_smoothed_late_arrivals(const Run& run);
-    bool is_settled(const Run& run, std::int64_t now) const;
-    void settle(std::int64_t through_cycle, std::int64_t now);
+    void settle(std::int64_t now);
     void count_run(const Run& run);
     void report_levels(const Run& run);
     void report_decline(const Frame& frame, std::int64_t now);

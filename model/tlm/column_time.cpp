@@ -141,36 +141,12 @@ void ColumnTime::when_known(int frame, std::int64_t step, std::function<void()> 
 void ColumnTime::tell() {
     while (!waiters_.empty()) {
         const Waiter& first = waiters_.front();
-        if (!started(first.frame) || this->frame(first.frame).cycle_of(first.step) == kUnknownCycle) {
-            return;
-        }
+        if (cycle_of(first.frame, first.step) == kUnknownCycle) return;
         std::pop_heap(waiters_.begin(), waiters_.end(), std::greater<>());
         const std::function<void()> callback = std::move(waiters_.back().callback);
         waiters_.pop_back();
         callback();
     }
-}
-
-std::int64_t ColumnTime::not_before(int frame, std::int64_t step, std::int64_t now) const {
-    if (!started(frame)) {
-        // PIPEREADY climbs one composer in each clock; STARTFRAME follows a clock later.
-        return std::max(now + 2, pipeready_cycle_ + renderers_ + 1) + step;
-    }
-    const FrameTime& time = this->frame(frame);
-    const std::int64_t known = time.last_known_step();
-    if (step <= known) {
-        return time.cycle_of(step);
-    }
-    return std::max(time.cycle_of(known) + 1, now + 2) + (step - known - 1);
-}
-
-std::int64_t ColumnTime::known_through(std::int64_t now) const {
-    if (newest_frame_ < 0) {
-        return std::max(now + 1, pipeready_cycle_ + renderers_);
-    }
-    const std::int64_t known = std::min(current().last_known_step(), last_step());
-    const std::int64_t through = std::max(current().cycle_of(known), now + 1);
-    return known == last_step() ? std::max(through, pipeready_cycle_ + renderers_) : through;
 }
 
 void ColumnTime::note_composited() {

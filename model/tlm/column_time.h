@@ -77,8 +77,6 @@ class ColumnTime {
     int renderers() const { return renderers_; }
     bool may_stall() const { return may_stall_; }
 
-    /// The output framebuffer can receive another frame from this clock on.
-    void set_pipeready_cycle(std::int64_t cycle) { pipeready_cycle_ = cycle; }
     /// The frame's step 0 is at that clock. In `stall` mode no later step is known before every composer has reported
     /// what it needs.
     void start(int frame, std::int64_t cycle);
@@ -94,7 +92,7 @@ class ColumnTime {
     }
     /// `stall` mode: a pixel that is needed after `step` arrives at `arrival`, so step + 1 comes later than that.
     void add_arrival(int renderer, std::int64_t step, std::int64_t arrival);
-    /// `stall` mode: works out what has become known. `now` as for not_before.
+    /// `stall` mode: works out what has become known. `now` is the kernel's clock.
     void advance(std::int64_t now);
 
     /// Calls back, once, when a frame's step is known: at once if it is, else from start() or advance().
@@ -103,11 +101,14 @@ class ColumnTime {
     /// state is consistent.
     void tell();
 
-    /// The step's clock; if it is not known yet, a clock that it cannot precede. `now`: every decision of the machine
-    /// at an earlier clock has been taken.
-    std::int64_t not_before(int frame, std::int64_t step, std::int64_t now) const;
-    /// All that happens up to this clock is known.
-    std::int64_t known_through(std::int64_t now) const;
+    /// The step's clock, if it is known.
+    std::int64_t cycle_of(int frame, std::int64_t step) const {
+        return started(frame) ? this->frame(frame).cycle_of(step) : kUnknownCycle;
+    }
+    /// The step comes no earlier than this.
+    std::int64_t not_before(int frame, std::int64_t step, std::int64_t now) const {
+        return started(frame) ? this->frame(frame).extrapolated_cycle(step) : now + step;
+    }
     /// The output framebuffer receives the newest frame's last pixel in this step.
     std::int64_t last_step() const { return renderers_ + raster_pixels_; }
 
@@ -167,7 +168,6 @@ class ColumnTime {
     std::int64_t raster_pixels_;
     bool may_stall_;
     int newest_frame_ = -1;
-    std::int64_t pipeready_cycle_ = 0;
     FrameTime frames_[kFramesKept];
     MinimumTree needed_steps_;
     std::priority_queue<Arrival, std::vector<Arrival>, std::greater<>> arrivals_;

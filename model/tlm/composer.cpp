@@ -67,12 +67,13 @@ void lay_out(const PixelPlanes& content, const Segment& segment, int source_row,
 
 }  // namespace
 
-Composer::Composer(const sc_core::sc_module_name& name, const Scenario& scenario, ColumnTime& column,
-                   ColumnRelays& relays, const Settings& settings)
+Composer::Composer(const sc_core::sc_module_name& name, const Scenario& scenario, const Agenda& agenda,
+                   ColumnTime& column, ColumnRelays& relays, const Settings& settings)
     : sc_core::sc_module(name),
       scenario_(scenario),
       settings_(settings),
       core_(clock_period_picoseconds(scenario.clocks.core_mhz)),
+      agenda_(agenda),
       column_(column),
       relays_(relays),
       buffer_({settings.renderer, scenario.composer.buffer_pixels, scenario.composer.ready_space_pixels,
@@ -116,8 +117,8 @@ void Composer::take_transfer(::tlm::tlm_generic_payload& payload, sc_core::sc_ti
         case BusTransfer::Kind::kBeats:
             take_beats(transfer);
             break;
-        case BusTransfer::Kind::kRecheck:
-            transfer.verdict = buffer_.busready_in_burst(transfer.beat, transfer.now);
+        case BusTransfer::Kind::kVerdict:
+            transfer.verdict = buffer_.busready_in_burst(transfer.beat, agenda_.now());
             if (transfer.verdict == BufferTime::Verdict::kDropped) {
                 buffer_.count_drop(transfer.beat.sampled);
             }
@@ -130,7 +131,7 @@ void Composer::take_transfer(::tlm::tlm_generic_payload& payload, sc_core::sc_ti
 }
 
 void Composer::take_table(const BusTransfer& transfer) {
-    buffer_.begin_frame(transfer.frame, transfer.row, transfer.table_cycle, transfer.now);
+    buffer_.begin_frame(transfer.frame, transfer.row, transfer.table_cycle, agenda_.now());
     content_[static_cast<std::size_t>(transfer.frame % kFramesKept)] = transfer.content;
     raise_pipeready();
 }
@@ -147,7 +148,7 @@ void Composer::take_beats(BusTransfer& transfer) {
         while (sent < beats.pixels) {
             sent = std::min(sent + pixels_per_beat, beats.pixels);
             transfer.verdict =
-                buffer_.busready_in_burst({planned + sent, sampled, burst_left - sent}, transfer.now);
+                buffer_.busready_in_burst({planned + sent, sampled, burst_left - sent}, agenda_.now());
             if (transfer.verdict != BufferTime::Verdict::kTaken) {
                 break;
             }
@@ -159,16 +160,16 @@ void Composer::take_beats(BusTransfer& transfer) {
         }
     }
     transfer.pixels_taken = beats.pixels;
-    buffer_.add(beats, transfer.granted, transfer.now);
+    buffer_.add(beats, agenda_.now());
     raise_pipeready();
     if (column_.may_stall() && column_.started(transfer.frame)) {
-        column_.advance(transfer.now);
+        column_.advance(agenda_.now());
         column_.tell();
     }
 }
 
 void Composer::give_slot(BusTransfer& transfer) {
-    transfer.slot = buffer_.slot_time(transfer.earliest, transfer.now);
+    transfer.slot = buffer_.slot_time(transfer.earliest, agenda_.now());
     if (transfer.slot.cycle != kUnknownCycle) {
         return;
     }
@@ -181,7 +182,7 @@ void Composer::give_slot(BusTransfer& transfer) {
 
 void Composer::report_slot() {
     slot_wanted_ = false;
-    notice_->slot_cycle = buffer_.slot_time(earliest_slot_, now()).cycle;
+    notice_->slot_cycle = buffer_.slot_time(earliest_slot_, agenda_.now()).cycle;
     notice_.payload().set_address(static_cast<sc_dt::uint64>(settings_.display));
     ::tlm::tlm_phase phase = busready_phase;
     sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
@@ -236,7 +237,7 @@ void Composer::start_column(int frame, std::int64_t cycle) {
     pipeline_->cycle = cycle;
     start_frame(pipeline_.payload());
     if (column_.may_stall()) {
-        column_.advance(now());
+        column_.advance(agenda_.now());
     }
     column_.when_known(frame, column_.last_step(), [this, frame] {
         composited_event_.notify(core_.until(column_.frame(frame).cycle_of(column_.last_step())));
@@ -289,7 +290,7 @@ void Composer::send_frame_down() {
 void Composer::take_band(::tlm::tlm_generic_payload& payload, sc_core::sc_time& /*delay*/) {
     const auto& band = content_of<PipelineFrame>(payload);
     if (band.first_row == 0) {
-        buffer_.close_frame(band.frame, column_.raster_pixels(), now());
+        buffer_.close_frame(band.frame, column_.raster_pixels(), agenda_.now());
         next_starved_ = 0;
         if (settings_.observer != nullptr && buffer_.segment(band.frame) != nullptr) {
             for (const StarvedRun& run : buffer_.starved(band.frame)) {

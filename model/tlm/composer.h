@@ -9,6 +9,7 @@
 #include "datapath/composition.h"
 #include "datapath/span.h"
 #include "scenario/scenario.h"
+#include "tlm/agenda.h"
 #include "tlm/buffer_time.h"
 #include "tlm/column_time.h"
 #include "tlm/cycle.h"
@@ -36,9 +37,9 @@ class Composer final : public sc_core::sc_module {
         bool images = true;
         ScheduleObserver* observer = nullptr;
     };
-    /// Scenario, column and relays must outlive the module. All composers of a column share it and its relays.
-    Composer(const sc_core::sc_module_name& name, const Scenario& scenario, ColumnTime& column,
-             ColumnRelays& relays, const Settings& settings);
+    /// Scenario, agenda, column and relays must outlive the module. All composers of a column share it and its relays.
+    Composer(const sc_core::sc_module_name& name, const Scenario& scenario, const Agenda& agenda,
+             ColumnTime& column, ColumnRelays& relays, const Settings& settings);
     SC_HAS_PROCESS(Composer);
 
     /// Of a frame that has been composited.
@@ -51,7 +52,6 @@ class Composer final : public sc_core::sc_module {
 
   private:
     bool pipemaster() const { return settings_.renderer == 0; }
-    std::int64_t now() const { return core_.edge_at(now_picoseconds()); }
 
     void take_transfer(::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay);
     void take_table(const BusTransfer& transfer);
@@ -78,6 +78,7 @@ class Composer final : public sc_core::sc_module {
     const Scenario& scenario_;
     Settings settings_;
     ClockDomain core_;
+    const Agenda& agenda_;
     ColumnTime& column_;
     ColumnRelays& relays_;
     BufferTime buffer_;

@@ -49,8 +49,6 @@ class FrameMemory final : public sc_core::sc_module {
     std::int64_t refresh_ends(std::int64_t number) const {
         return refresh_begins(number) + config_.refresh_cycles;
     }
-    Bank broken_off(std::int64_t cycle) const;
-    void wait_for_page(MemoryAccess& access, std::int64_t open_page) const;
     std::int64_t open_page(const Bank& bank, std::int64_t cycle) const {
         return bank.refreshes == refreshes_by(cycle) ? bank.page : kNoPage;
     }
@@ -59,7 +57,7 @@ class FrameMemory final : public sc_core::sc_module {
         return banks_[static_cast<std::size_t>(page) % banks_.size()];
     }
 
-    // With shared ports.
+    /// With shared ports: words of the link.
     struct Block {
         std::int64_t ready_cycle = 0;  ///< the first clock in which it may be written
         std::int64_t page = kNoPage;
@@ -67,21 +65,11 @@ class FrameMemory final : public sc_core::sc_module {
     };
     CycleSpan writing_of(const Block& block) const;
     void write_blocks(std::int64_t cycle);
-    void answer_shared(MemoryAccess& access, std::int64_t page);
-    void wait(MemoryAccess& access, std::int64_t end, int MemoryAccess::*cause) const;
+    void answer(MemoryAccess& access, std::int64_t page);
 
     MemoryConfig config_;
     std::int64_t first_cycle_;
     std::vector<Bank> banks_;
-    std::int64_t last_page_ = kNoPage;
-    /// What the last access waits for; peeks do not count.
-    struct Opening {
-        std::int64_t cycle = 0;  ///< its first clock
-        std::int64_t page = kNoPage;
-        int broken_cycles = 0;   ///< clocks of it before a refresh breaks it off
-        int refresh_cycles = 0;  ///< after them
-    };
-    Opening opening_;
     std::deque<Block> blocks_;        ///< to be written
     std::int64_t free_from_ = 0;      ///< the first clock in which no opening and no writing is under way
     bool opening_under_way_ = false;  ///< until free_from_

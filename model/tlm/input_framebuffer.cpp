@@ -19,11 +19,13 @@ int divide_up(int value, int divisor) { return (value + divisor - 1) / divisor; 
 }  // namespace
 
 InputFramebuffer::InputFramebuffer(const sc_core::sc_module_name& name, const Scenario& scenario,
-                                   Settings settings)
+                                   Agenda& agenda, const Settings& settings)
     : sc_core::sc_module(name),
       scenario_(scenario),
       renderer_(scenario.renderers[static_cast<std::size_t>(settings.renderer)]),
-      settings_(std::move(settings)),
+      agenda_(agenda),
+      bus_(agenda.add(*this)),
+      settings_(settings),
       limits_(scenario.limits(renderer_)),
       core_(clock_period_picoseconds(scenario.clocks.core_mhz)),
       dvi_(clock_period_picoseconds(scenario.clocks.dvi_in_mhz)),
@@ -49,8 +51,7 @@ InputFramebuffer::InputFramebuffer(const sc_core::sc_module_name& name, const Sc
     SC_METHOD(link_process);
     sensitive << link_wake_;
     dont_initialize();
-    SC_METHOD(bus_process);
-    sensitive << bus_wake_;
+    agenda_.schedule(bus_, next_cycle_);
 }
 
 // ---- the link's side ----
@@ -161,55 +162,12 @@ void InputFramebuffer::answer(bool fresh, std::int64_t edge) {
     answer_fresh_ = fresh;
     state_ = State::kStart;
     next_cycle_ = core_.edge_seeing(dvi_.picoseconds_of(edge));
-    schedule_bus();
+    agenda_.schedule(bus_, next_cycle_);
 }
 
 // ---- the bus side ----
 
-void InputFramebuffer::bus_process() { run_bus(); }
-
-void InputFramebuffer::run_bus() {
-    now_ = core_.edge_at(now_picoseconds());
-    limit_ = settings_.run_limit();
-    running_ = true;
-    while (next_cycle_ != kUnknownCycle && may_decide(next_cycle_)) {
-        decide(next_cycle_);
-    }
-    running_ = false;
-    schedule_bus();
-}
-
-void InputFramebuffer::schedule_bus() {
-    if (running_) {
-        return;  // run_bus() does so at its end
-    }
-    bus_wake_.cancel();
-    if (next_cycle_ != kUnknownCycle) {
-        bus_wake_.notify(core_.until(next_cycle_));
-    }
-}
-
-/// A decision may be taken ahead of the kernel's time if nothing that happens until then can change it.
-bool InputFramebuffer::may_decide(std::int64_t cycle) {
-    if (cycle <= now_) {
-        return true;
-    }
-    if (cycle > limit_ || state_ == State::kRecheck) {
-        return false;
-    }
-    if (state_ != State::kSend) {
-        return true;
-    }
-    return std::all_of(rows_.begin(), rows_.end(), [&](Row& row) {
-        if (row.sent == row.pixels || row.slot.cycle != kUnknownCycle || row.slot.not_before > cycle) {
-            return true;
-        }
-        ask_for_slot(row);  // more may be known by now
-        return row.slot.cycle != kUnknownCycle || row.slot.not_before > cycle;
-    });
-}
-
-void InputFramebuffer::decide(std::int64_t cycle) {
+std::int64_t InputFramebuffer::decide(std::int64_t cycle) {
     newest_spans_.clear();
     switch (state_) {
         case State::kRequest:
@@ -228,8 +186,7 @@ void InputFramebuffer::decide(std::int64_t cycle) {
                 arbitrate(cycle);
             }
             break;
-        case State::kRecheck:
-            state_ = State::kSend;
+        case State::kBurst:
             continue_burst();
             break;
         case State::kWait:
@@ -237,6 +194,16 @@ void InputFramebuffer::decide(std::int64_t cycle) {
             next_cycle_ = kUnknownCycle;
             break;
     }
+    return next_cycle_;
+}
+
+bool InputFramebuffer::is_certain() const {
+    if (state_ != State::kSend) {
+        return state_ != State::kBurst;
+    }
+    return std::all_of(rows_.begin(), rows_.end(), [this](const Row& row) {
+        return row.sent == row.pixels || row.slot.cycle != kUnknownCycle || row.slot.not_before > next_cycle_;
+    });
 }
 
 void InputFramebuffer::ask_for_frame(std::int64_t cycle) {
@@ -293,7 +260,6 @@ std::int64_t InputFramebuffer::table_cycle() const {
 BusTransfer& InputFramebuffer::transfer(int display) {
     ::tlm::tlm_generic_payload& payload = bus_transfer_.payload();
     payload.set_address(static_cast<sc_dt::uint64>(display));
-    bus_transfer_->now = now_;
     bus_transfer_->frame = frames_started_ - 1;
     sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
     bus_socket->b_transport(payload, delay);
@@ -379,7 +345,7 @@ void InputFramebuffer::arbitrate(std::int64_t cycle) {
             next_cycle_ = cycle;
             wait_for_arbiter(scenario_.bus.grant_cycles);
             newest_grant_ = {next_cycle_, grant.recovered_slots};
-            start_burst(cycle, grant.row, grant.recovered_slots);
+            start_burst(grant.row, grant.recovered_slots);
             return;
     }
 }
@@ -407,7 +373,7 @@ void InputFramebuffer::stop_polling(std::int64_t cycle) {
     }
 }
 
-void InputFramebuffer::start_burst(std::int64_t cycle, int row, int recovered_slots) {
+void InputFramebuffer::start_burst(int row, int recovered_slots) {
     const Row& granted = rows_[static_cast<std::size_t>(row)];
     counters_.bus.recovered_slots += recovered_slots;
     ++counters_.bus.bursts;
@@ -416,8 +382,8 @@ void InputFramebuffer::start_burst(std::int64_t cycle, int row, int recovered_sl
         static_cast<int>(std::min<std::int64_t>(scenario_.bus.burst_pixels, granted.pixels - granted.sent));
     burst_beats_ = 0;
     recovered_slots_ = recovered_slots;
-    granted_ = cycle;
     at_cycle_ = next_cycle_;
+    accessing_ = false;
     // Only a composer whose ready space is free gets a slot, so a burst that fits into it is never cut.
     may_cut_ = scenario_.composer.ready_space_pixels < burst_left_;
     unjudged_.clear();
@@ -425,40 +391,40 @@ void InputFramebuffer::start_burst(std::int64_t cycle, int row, int recovered_sl
     continue_burst();
 }
 
+/// The burst goes on from at_cycle_, as far as is certain.
 void InputFramebuffer::continue_burst() {
-    Row& row = rows_[static_cast<std::size_t>(burst_row_)];
+    const Row& row = rows_[static_cast<std::size_t>(burst_row_)];
+    const std::int64_t now = agenda_.now();
     while (burst_left_ > 0) {
         const std::int64_t limit = judge_beats();
         const bool stops = stop_cycle_ != kUnknownCycle;
-        if (at_cycle_ >= limit) {
-            if (stops) {
-                break;
+        if (stops && at_cycle_ >= limit) {
+            break;
+        }
+        if (!accessing_) {
+            const bool is_certain = limit == kUnknownCycle || stops;
+            if (at_cycle_ > now && (!is_certain || scenario_.memory.shared())) {
+                go_on_at(at_cycle_);
+                return;
             }
-            go_on_at(at_cycle_);
-            return;
+            access_memory(row);
+            accessing_ = true;
         }
-        const std::int64_t known_before = writes_known_before();
-        if (at_cycle_ >= known_before) {
-            go_on_at(at_cycle_);
-            return;
-        }
-        const int words = std::min(burst_left_, row.segment.row().sdx - row.column);
-        if (limit != kUnknownCycle && !stops && ends_at(access_memory(row, words, at_cycle_, true), limit)) {
-            go_on_at(limit);
-            return;
-        }
-        const MemoryAccess& access = access_memory(row, words, at_cycle_, false);
-        if (ends_at(access, limit)) {
-            wait_for_page(access, limit);
+        const MemoryAccess& access = *memory_access_;
+        if (limit != kUnknownCycle && at_cycle_ + access.wait_cycles > limit) {
+            if (!stops) {
+                go_on_at(limit);
+                return;
+            }
+            wait_for_memory(access, limit - at_cycle_);
             break_off_opening(limit);
             break;
         }
-        const int first_words = access.words;
-        const std::int64_t beats_before = std::min({access.beats_before, limit, known_before});
-        wait_for_page(access, kUnknownCycle);
-        if (first_words > 0 && at_cycle_ < beats_before) {
-            send_beats(
-                pixels_before(beats_before, pixels_on_page(row, first_words, at_cycle_, beats_before)));
+        accessing_ = false;
+        const std::int64_t beats_before = std::min({access.beats_before, limit, writes_known_before()});
+        wait_for_memory(access, access.wait_cycles);
+        if (access.words > 0 && at_cycle_ < beats_before) {
+            send_beats(pixels_before(beats_before, access.words));
         }
     }
     // Beats that are not judged yet do not stop the burst: BUSREADY falls only if more pixels follow than can go out
@@ -470,7 +436,7 @@ void InputFramebuffer::continue_burst() {
 /// Until then it goes on whatever BUSREADY does.
 std::int64_t InputFramebuffer::judge_beats() {
     while (stop_cycle_ == kUnknownCycle && !unjudged_.empty()) {
-        bus_transfer_->kind = BusTransfer::Kind::kRecheck;
+        bus_transfer_->kind = BusTransfer::Kind::kVerdict;
         bus_transfer_->beat = unjudged_.front();
         const std::int64_t read = unjudged_.front().sampled + 1 + stages_;
         const BusTransfer& answer = transfer(rows_[static_cast<std::size_t>(burst_row_)].segment.row().dcomp);
@@ -486,51 +452,34 @@ std::int64_t InputFramebuffer::judge_beats() {
 }
 
 void InputFramebuffer::go_on_at(std::int64_t cycle) {
-    state_ = State::kRecheck;
+    state_ = State::kBurst;
     next_cycle_ = cycle;
 }
 
-/// A burst that stops at that clock receives no word of this access, or does not begin to open its page.
-bool InputFramebuffer::ends_at(const MemoryAccess& access, std::int64_t limit) const {
-    if (limit == kUnknownCycle) {
-        return false;
-    }
-    const std::int64_t end = at_cycle_ + access.wait_cycles;
-    const bool opens_nothing =
-        access.refresh_cycles > 0 && access.wait_cycles == access.broken_cycles + access.refresh_cycles;
-    return end > limit || (end == limit && opens_nothing);
-}
-
-MemoryAccess& InputFramebuffer::access_memory(const Row& row, int words, std::int64_t cycle, bool peek) {
+/// Asks the memory for what is left of the burst.
+void InputFramebuffer::access_memory(const Row& row) {
     ::tlm::tlm_generic_payload& payload = memory_access_.payload();
     payload.set_address(static_cast<sc_dt::uint64>(row.address) * kBytesPerWord);
-    payload.set_data_length(static_cast<unsigned>(words) * kBytesPerWord);
-    memory_access_->new_frame = new_frame_;
-    memory_access_->peek = peek;
-    memory_access_->cycle = cycle;
-    memory_access_->other_page = false;
-    new_frame_ = false;
-    if (scenario_.memory.shared()) write_blocks(cycle);
+    payload.set_data_length(static_cast<unsigned>(burst_left_) * kBytesPerWord);
+    memory_access_->new_frame = std::exchange(new_frame_, false);
+    memory_access_->cycle = at_cycle_;
+    memory_access_->first_row_words = row.segment.row().sdx - row.column;
+    memory_access_->row_words = row.segment.row().sdx;
+    memory_access_->stride_words = renderer_.image_width_pixels;
+    if (scenario_.memory.shared()) write_blocks(at_cycle_);
     sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
     memory_socket->b_transport(payload, delay);
     const MemoryAccess& answer = *memory_access_;
-    const bool adds_up =
-        answer.broken_cycles >= 0 && answer.refresh_cycles >= 0 && answer.write_cycles >= 0 &&
-        answer.broken_cycles + answer.refresh_cycles + answer.write_cycles <= answer.wait_cycles;
-    const bool goes_on = answer.words >= 1 ? answer.beats_before - cycle > answer.wait_cycles
+    const bool goes_on = answer.words >= 1 ? answer.beats_before - at_cycle_ > answer.wait_cycles
                                            : answer.words == 0 && answer.wait_cycles > 0;
-    if (!payload.is_response_ok() || !adds_up || !goes_on || answer.words > words) {
+    if (!payload.is_response_ok() || !goes_on || answer.words > burst_left_) {
         // This may be a user's own memory; if it made no progress the burst would never end.
-        SC_REPORT_ERROR(
-            "/metabuffer/input_framebuffer/memory",
-            (std::string(name()) + ": its memory answered " + payload.get_response_string() + ", " +
-             std::to_string(answer.words) + " of " + std::to_string(words) + " words after " +
-             std::to_string(answer.wait_cycles) + " clocks, " + std::to_string(answer.broken_cycles) +
-             " and " + std::to_string(answer.refresh_cycles) + " of them for a refresh, " +
-             std::to_string(answer.write_cycles) + " for words of the link")
-                .c_str());
+        SC_REPORT_ERROR("/metabuffer/input_framebuffer/memory",
+                        (std::string(name()) + ": its memory answered " + payload.get_response_string() +
+                         ", " + std::to_string(answer.words) + " of " + std::to_string(burst_left_) +
+                         " words after " + std::to_string(answer.wait_cycles) + " clocks")
+                            .c_str());
     }
-    return *memory_access_;
 }
 
 void InputFramebuffer::break_off_opening(std::int64_t cycle) {
@@ -541,71 +490,43 @@ void InputFramebuffer::break_off_opening(std::int64_t cycle) {
     memory_access_->broken_off = false;
 }
 
-/// Lets the clocks pass that the memory asks for before the next beat, but none from `end` on.
-void InputFramebuffer::wait_for_page(const MemoryAccess& access, std::int64_t end) {
-    const auto before_end = [this, end](std::int64_t clocks) { return std::min(clocks, end - at_cycle_); };
-    open_page(before_end(access.broken_cycles), access.broken_cycles > 0);
-    wait_for_memory(before_end(access.refresh_cycles),
-                    {SpanKind::kRefresh, &BusCounters::refresh_cycles, &ScheduleObserver::refresh});
-    wait_for_memory(before_end(access.write_cycles),
-                    {SpanKind::kWrite, &BusCounters::write_cycles, &ScheduleObserver::memory_write});
-    if (at_cycle_ < end) {
-        open_page(before_end(access.wait_cycles - access.broken_cycles - access.refresh_cycles -
-                             access.write_cycles),
-                  access.page_miss);
-    }
-}
-
-/// counts: the clocks are a new opening of a page, not more clocks of the same one.
-void InputFramebuffer::open_page(std::int64_t clocks, bool counts) {
-    counters_.bus.page_misses += counts ? 1 : 0;
-    counters_.bus.page_miss_cycles += clocks;
-    if (!counts && clocks == 0) {
+/// Lets the first `clocks` clocks of a wait pass.
+void InputFramebuffer::wait_for_memory(const MemoryAccess& access, std::int64_t clocks) {
+    struct Cause {
+        SpanKind kind;
+        std::int64_t BusCounters::*counter;
+    };
+    static constexpr std::array<Cause, 3> kCauses = {{{SpanKind::kPageMiss, &BusCounters::page_miss_cycles},
+                                                      {SpanKind::kRefresh, &BusCounters::refresh_cycles},
+                                                      {SpanKind::kWrite, &BusCounters::write_cycles}}};
+    counters_.bus.page_misses += access.page_miss ? 1 : 0;
+    if (!access.page_miss && clocks == 0) {
         return;
     }
+    const Cause& cause = kCauses[static_cast<std::size_t>(access.wait)];
+    counters_.bus.*cause.counter += clocks;
     const CycleSpan span{at_cycle_, at_cycle_ + clocks - 1};
-    note_span(SpanKind::kPageMiss, span, counts ? 1 : 0);
+    note_span(cause.kind, span, access.page_miss ? 1 : 0);
     if (settings_.observer != nullptr && clocks > 0) {
-        const Row& row = rows_[static_cast<std::size_t>(burst_row_)];
-        settings_.observer->page_miss(settings_.renderer + 1, row.segment.row().dcomp, row.address, span);
+        report_wait(access.wait, span);
     }
     at_cycle_ += clocks;
 }
 
-/// Counts and reports clocks that have one cause.
-void InputFramebuffer::wait_for_memory(std::int64_t clocks, const MemoryWait& wait) {
-    if (clocks == 0) {
-        return;
-    }
-    counters_.bus.*wait.counter += clocks;
-    const CycleSpan span{at_cycle_, at_cycle_ + clocks - 1};
-    note_span(wait.kind, span, 0);
-    if (settings_.observer != nullptr) (settings_.observer->*wait.tell)(settings_.renderer + 1, span);
-    at_cycle_ += clocks;
-}
-
-/// How many of the burst's pixels follow without a page miss, across the ends of source rows. Pixels whose beats begin
-/// at `beats_before` or later need not be counted.
-int InputFramebuffer::pixels_on_page(const Row& row, int first_words, std::int64_t cycle,
-                                     std::int64_t beats_before) {
-    int pixels = first_words;
-    Row place = row;
-    advance(place, first_words);
-    while (pixels < burst_left_ && place.column == 0) {
-        const int words = std::min(burst_left_ - pixels, int{place.segment.row().sdx});
-        const std::int64_t wanted_cycle = cycle + std::int64_t{pixels / pixels_per_beat_} * cycles_per_beat_;
-        if (wanted_cycle >= beats_before) {
+void InputFramebuffer::report_wait(MemoryAccess::Wait wait, CycleSpan span) const {
+    ScheduleObserver& observer = *settings_.observer;
+    const Row& row = rows_[static_cast<std::size_t>(burst_row_)];
+    switch (wait) {
+        case MemoryAccess::Wait::kOpening:
+            observer.page_miss(settings_.renderer + 1, row.segment.row().dcomp, row.address, span);
             break;
-        }
-        const MemoryAccess& access = access_memory(place, words, wanted_cycle, true);
-        if (access.page_miss || access.other_page || access.wait_cycles > 0) {
+        case MemoryAccess::Wait::kRefresh:
+            observer.refresh(settings_.renderer + 1, span);
             break;
-        }
-        const int more = access.words;
-        pixels += more;
-        advance(place, more);
+        case MemoryAccess::Wait::kWrite:
+            observer.memory_write(settings_.renderer + 1, span);
+            break;
     }
-    return pixels;
 }
 
 /// Of `pixels` pixels sent from at_cycle_ on, those whose beats begin before a clock.
@@ -634,7 +555,6 @@ void InputFramebuffer::send_beats(int pixels) {
     bus_transfer_->kind = BusTransfer::Kind::kBeats;
     bus_transfer_->beats = {row.sent, pixels, at_cycle_ + cycles_per_beat_ - 1 + delay_cycles_};
     bus_transfer_->remaining = burst_left_ - pixels;
-    bus_transfer_->granted = granted_;
     // After a beat at which BUSREADY falls or may fall, the next beats go out without asking, up to the clock that
     // reads it.
     bus_transfer_->heed_busready = may_cut_ && unjudged_.empty() && stop_cycle_ == kUnknownCycle;
@@ -695,7 +615,7 @@ void InputFramebuffer::ask_for_slot(Row& row) {
 }
 
 /// A notice may come while this bus plans a burst: the pixels that it has sent may start a column. The notice only
-/// changes what is known of waiting rows; run_bus() checks them again after each decision.
+/// changes what is known of waiting rows, which the next arbitration reads.
 ::tlm::tlm_sync_enum InputFramebuffer::take_notice(::tlm::tlm_generic_payload& payload,
                                                    ::tlm::tlm_phase& phase, sc_core::sc_time& /*delay*/) {
     const auto& notice = content_of<BusNotice>(payload);
@@ -708,7 +628,7 @@ void InputFramebuffer::ask_for_slot(Row& row) {
         ready.cycle = std::max(ready.cycle, notice.table_cycle);
         if (state_ == State::kTable) {
             next_cycle_ = table_cycle();
-            schedule_bus();
+            agenda_.schedule(bus_, next_cycle_);
         }
         return ::tlm::TLM_ACCEPTED;
     }
@@ -718,7 +638,7 @@ void InputFramebuffer::ask_for_slot(Row& row) {
             row.slot.cycle = notice.slot_cycle;
             if (state_ == State::kSend && polling_ && notice.slot_cycle < next_cycle_) {
                 next_cycle_ = notice.slot_cycle;
-                schedule_bus();
+                agenda_.schedule(bus_, next_cycle_);
             }
         }
     }
@@ -757,8 +677,7 @@ void InputFramebuffer::write_block() {
                         kBytesPerWord);
     payload.set_data_length(static_cast<unsigned>(words) * kBytesPerWord);
     message->write = true;
-    // A burst that waits for an answer goes on at the clock where it stopped.
-    message->settled_before = state_ == State::kRecheck ? at_cycle_ : core_.edge_at(now_picoseconds());
+    message->settled_before = agenda_.now();
     message->cycle = newest_block_cycle_ = next_block_cycle();
     sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
     memory_socket->b_transport(payload, delay);
@@ -784,7 +703,8 @@ std::int64_t InputFramebuffer::writes_known_before() const {
     const DviTiming timing = renderer_.timing();
     constexpr int kLinesBeforePixels = DviTiming::kVerticalBackLines + 1;
     const std::int64_t edge =
-        dvi_.edge_at(now_picoseconds()) + std::int64_t{kLinesBeforePixels} * timing.line_clocks() +
+        dvi_.edge_at(core_.picoseconds_of(agenda_.now())) +
+        std::int64_t{kLinesBeforePixels} * timing.line_clocks() +
         std::min<std::int64_t>(scenario_.memory.write_block_words, renderer_.image_words());
     return core_.edge_seeing(dvi_.picoseconds_of(edge)) + 1;
 }
@@ -869,7 +789,7 @@ std::string InputFramebuffer::waiting_for(std::int64_t through_cycle) const {
         case State::kTable:
             return waits::for_tableready(frame);
         case State::kSend:
-        case State::kRecheck: {
+        case State::kBurst: {
             for (const Span& span : newest_spans_) {
                 const bool now = span.cycles.first <= through_cycle && through_cycle < span.cycles.last;
                 if (now && span.kind == SpanKind::kTable) {

@@ -3,7 +3,6 @@
 #include <array>
 #include <cstdint>
 #include <deque>
-#include <functional>
 #include <memory>
 #include <string>
 #include <systemc>
@@ -14,6 +13,7 @@
 #include "datapath/segment.h"
 #include "report/machine_report.h"
 #include "scenario/scenario.h"
+#include "tlm/agenda.h"
 #include "tlm/content_cache.h"
 #include "tlm/cycle.h"
 #include "tlm/payload.h"
@@ -26,10 +26,10 @@ namespace metabuffer::tlm {
 /// rtl (docs/design.md).
 ///
 /// The link's side acts at the DVI input clocks in which the decoder reports something, a request arrives or a timeout
-/// ends. The bus side takes its decisions one after the other, at the core clocks of the arbitrations. It runs ahead of
-/// the kernel's time as long as nothing that is still unknown could change a decision. It stops at run_limit, since the
-/// run may end after that clock.
-class InputFramebuffer final : public sc_core::sc_module {
+/// ends. The bus side takes each decision at its core clock: the frame-start beat, an arbitration, and within a burst
+/// what the memory or BUSREADY may still change. What is certain from then on, the beats of a burst above all, follows
+/// in one transaction.
+class InputFramebuffer final : public sc_core::sc_module, public Decider {
   public:
     TargetSocket<InputFramebuffer, DecodedFrame> link_socket{"link_socket"};         ///< DecodedFrame
     sc_core::sc_out<bool> pair_request_o{"pair_request_o"};                          ///< DVI input clock
@@ -42,12 +42,15 @@ class InputFramebuffer final : public sc_core::sc_module {
         std::int64_t first_cycle = 0;      ///< first core clock without reset
         ContentCache* cache = nullptr;     ///< null: no images
         ScheduleObserver* observer = nullptr;
-        /// The last core clock up to which the run certainly lasts.
-        std::function<std::int64_t()> run_limit;
     };
-    /// The scenario must outlive the module.
-    InputFramebuffer(const sc_core::sc_module_name& name, const Scenario& scenario, Settings settings);
+    /// Scenario and agenda must outlive the module.
+    InputFramebuffer(const sc_core::sc_module_name& name, const Scenario& scenario, Agenda& agenda,
+                     const Settings& settings);
     SC_HAS_PROCESS(InputFramebuffer);
+
+    /// The bus side's next decision.
+    std::int64_t decide(std::int64_t cycle) override;
+    bool is_certain() const override;
 
     /// What each composited frame that has been started was made of.
     const std::vector<FrameSource>& frame_sources() const { return frame_sources_; }
@@ -77,7 +80,7 @@ class InputFramebuffer final : public sc_core::sc_module {
         kStart,    ///< reads the answer
         kTable,    ///< broadcasts the table, once every composer can receive it
         kSend,     ///< arbitrates
-        kRecheck,  ///< in a burst: BUSREADY at a beat is not known yet in the clock that reads it
+        kBurst,    ///< in a burst
         kDone,
     };
     struct Row {
@@ -101,35 +104,21 @@ class InputFramebuffer final : public sc_core::sc_module {
         int pixels = 0;  ///< kBeats: moved; kPageMiss: 1 if a page was opened
     };
 
-    void bus_process();
-    void run_bus();
-    void schedule_bus();
-    bool may_decide(std::int64_t cycle);
-    void decide(std::int64_t cycle);
     void ask_for_frame(std::int64_t cycle);
     void start_frame(std::int64_t cycle);
     std::int64_t table_cycle() const;
     void send_table(std::int64_t cycle);
     void arbitrate(std::int64_t cycle);
-    void start_burst(std::int64_t cycle, int row, int recovered_slots);
+    void start_burst(int row, int recovered_slots);
     void continue_burst();
-    MemoryAccess& access_memory(const Row& row, int words, std::int64_t cycle, bool peek);
+    void access_memory(const Row& row);
     void break_off_opening(std::int64_t cycle);
-    void wait_for_page(const MemoryAccess& access, std::int64_t end);
-    void open_page(std::int64_t clocks, bool counts);
-    /// What a burst waits for while its memory is busy with something else.
-    struct MemoryWait {
-        SpanKind kind;
-        std::int64_t BusCounters::*counter;
-        void (ScheduleObserver::*tell)(int renderer, CycleSpan span);
-    };
-    void wait_for_memory(std::int64_t clocks, const MemoryWait& wait);
-    int pixels_on_page(const Row& row, int first_words, std::int64_t cycle, std::int64_t beats_before);
+    void wait_for_memory(const MemoryAccess& access, std::int64_t clocks);
+    void report_wait(MemoryAccess::Wait wait, CycleSpan span) const;
     int pixels_before(std::int64_t cycle, int pixels) const;
     void send_beats(int pixels);
     std::int64_t judge_beats();
     void go_on_at(std::int64_t cycle);
-    bool ends_at(const MemoryAccess& access, std::int64_t limit) const;
     void end_burst(bool whole);
     void ask_for_slot(Row& row);
     BusTransfer& transfer(int display);
@@ -159,6 +148,8 @@ class InputFramebuffer final : public sc_core::sc_module {
 
     const Scenario& scenario_;
     const Renderer& renderer_;
+    Agenda& agenda_;
+    std::size_t bus_;  ///< number on the agenda
     Settings settings_;
     ViewportLimits limits_;
     ClockDomain core_;
@@ -192,12 +183,8 @@ class InputFramebuffer final : public sc_core::sc_module {
     std::int64_t newest_block_cycle_ = -1;  ///< of the last block reported to the memory
 
     // The bus side.
-    sc_core::sc_event bus_wake_;
     State state_ = State::kRequest;
-    std::int64_t now_ = 0;     ///< the kernel's core clock
     std::int64_t next_cycle_;  ///< of the next decision
-    std::int64_t limit_ = 0;
-    bool running_ = false;
     int frames_started_ = 0;
     std::vector<Row> rows_;
     std::vector<BusRequest> requests_;
@@ -213,7 +200,6 @@ class InputFramebuffer final : public sc_core::sc_module {
     int burst_beats_ = 0;
     int last_beat_pixels_ = 0;
     int recovered_slots_ = 0;
-    std::int64_t granted_ = 0;  ///< the clock whose requests decided
     struct Grant {
         std::int64_t cycle = 0;  ///< of the arbiter's answer
         int recovered_slots = 0;
@@ -221,6 +207,7 @@ class InputFramebuffer final : public sc_core::sc_module {
     Grant newest_grant_;
     std::int64_t slot_table_cycle_ = 0;  ///< from which the frame's slot table is ready
     std::int64_t at_cycle_ = 0;          ///< of the next beat or page miss
+    bool accessing_ = false;             ///< the memory has been asked for the words from at_cycle_ on
     bool may_cut_ = false;
     std::deque<BurstBeat> unjudged_;           ///< beats at which BUSREADY is not known yet
     std::int64_t stop_cycle_ = kUnknownCycle;  ///< of the burst: BUSREADY's fall is read

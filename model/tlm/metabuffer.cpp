@@ -30,6 +30,7 @@ Metabuffer::Metabuffer(const sc_core::sc_module_name& name, const Scenario& scen
     if (options_.images) {
         cache_ = std::make_unique<ContentCache>(scenario.depth_format);
     }
+    agenda_ = std::make_unique<Agenda>("agenda", core_, [this] { return certain_end(); });
     make_display_side();
     make_renderer_side();
     make_composers();
@@ -101,9 +102,8 @@ void Metabuffer::make_renderer_side() {
         settings.first_cycle = first_cycle_;
         settings.cache = cache_.get();
         settings.observer = options_.observer;
-        settings.run_limit = [this] { return run_limit(); };
         auto framebuffer = std::make_unique<InputFramebuffer>(numbered("input_framebuffer", r).c_str(),
-                                                              scenario_, std::move(settings));
+                                                              scenario_, *agenda_, settings);
         pair_requests_.push_back(
             std::make_unique<sc_core::sc_signal<bool>>(numbered("pair_request", r).c_str(), true));
         source->pair_request_i(*pair_requests_.back());
@@ -126,7 +126,7 @@ void Metabuffer::make_composers() {
             const Composer::Settings settings{static_cast<int>(r), static_cast<int>(d) + 1, options_.images,
                                               options_.observer};
             composers_.push_back(std::make_unique<Composer>(numbered("composer", r, d).c_str(), scenario_,
-                                                            *columns_[d], relays_[d], settings));
+                                                            *agenda_, *columns_[d], relays_[d], settings));
             buses_[r]->composer_socket(settings.display).bind(composers_.back()->bus_socket);
             if (r > 0) {
                 composer(r - 1, d).pipe_out_socket.bind(composers_.back()->pipe_in_socket);
@@ -140,21 +140,16 @@ void Metabuffer::make_composers() {
 
 /// The run ends when the last frame has been shown, long after its last pixel has been composited, or at a check of the
 /// watchdog.
-std::int64_t Metabuffer::run_limit() const {
+std::int64_t Metabuffer::certain_end() const {
     const std::int64_t before_look = next_look_ == 0 ? kUnknownCycle : core_.edge_at(next_look_ - 1);
     if (swap_lock_->end_picoseconds() != kUnknownCycle) {
         return std::min(before_look, core_.edge_at(swap_lock_->end_picoseconds()));
     }
-    std::int64_t limit = 0;
+    std::int64_t end = 0;
     for (const auto& column : columns_) {
-        if (!column->started(scenario_.frames - 1)) {
-            limit = std::max(limit, core_cycle() + column->raster_pixels());
-        } else {
-            limit =
-                std::max(limit, column->frame(scenario_.frames - 1).extrapolated_cycle(column->last_step()));
-        }
+        end = std::max(end, column->not_before(scenario_.frames - 1, column->last_step(), agenda_->now()));
     }
-    return std::min(before_look, limit);
+    return std::min(before_look, end);
 }
 
 // ---- the end of a run ----

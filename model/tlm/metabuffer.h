@@ -13,6 +13,7 @@
 #include "report/machine_report.h"
 #include "scenario/scenario.h"
 #include "simulation/frame_shown.h"
+#include "tlm/agenda.h"
 #include "tlm/bus.h"
 #include "tlm/column_time.h"
 #include "tlm/composer.h"
@@ -85,11 +86,11 @@ class Metabuffer final : public sc_core::sc_module {
         return *composers_[renderer * displays() + display];
     }
 
+    std::int64_t certain_end() const;
     void make_display_side();
     void make_renderer_side();
     void make_composers();
     Memory make_memory(const char* name, int renderer) const;
-    std::int64_t run_limit() const;
     std::int64_t last_pixel_cycle(int frame) const;
     std::int64_t if_certain(std::int64_t cycle) const;
     std::int64_t raster_pixels_taken(std::int64_t through_cycle) const;
@@ -112,6 +113,7 @@ class Metabuffer final : public sc_core::sc_module {
 
     std::vector<std::unique_ptr<ColumnTime>> columns_;
     std::deque<ColumnRelays> relays_;  ///< of each column; composers keep references
+    std::unique_ptr<Agenda> agenda_;
     std::unique_ptr<SwapLock> swap_lock_;
     std::vector<std::unique_ptr<sc_core::sc_signal<bool>>> pair_requests_;
     std::vector<std::unique_ptr<DviSource>> dvi_sources_;

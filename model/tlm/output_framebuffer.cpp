@@ -29,7 +29,6 @@ OutputFramebuffer::OutputFramebuffer(const sc_core::sc_module_name& name, const 
 void OutputFramebuffer::start_of_simulation() { raise_pipeready(0, first_pipeready_cycle_); }
 
 void OutputFramebuffer::raise_pipeready(int frame, std::int64_t cycle) {
-    column_.set_pipeready_cycle(cycle);
     pipeline_->frame = frame;
     pipeline_->cycle = cycle;
     ::tlm::tlm_phase phase = pipeready_phase;

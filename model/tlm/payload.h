@@ -3,8 +3,10 @@
 #include <tlm_utils/passthrough_target_socket.h>
 #include <tlm_utils/simple_initiator_socket.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -129,31 +131,51 @@ struct DecodedFrame : Extension<DecodedFrame> {
 /// A memory word holds a pixel.
 constexpr unsigned kBytesPerWord = kPixelBits / 8;
 
-/// input_framebuffer to frame_memory: the next words of a segment's row. The payload's address and length are
-/// in bytes, 8 a word.
+/// input_framebuffer to frame_memory: the next words of a segment. The payload's address is that of the first and the
+/// length that of all words, in bytes, 8 a word.
 struct MemoryAccess : Extension<MemoryAccess> {
     bool new_frame = false;   ///< the first access of a frame
-    bool peek = false;        ///< only a question: the access may never be made
     bool broken_off = false;  ///< no access: the last one's wait ended at `cycle`, before its words
     /// No access, with shared ports: the words are a block from the link, which may be written from `cycle` on. Blocks
     /// come in order. An access comes after all blocks of its cycle or earlier, and after one more.
     bool write = false;
     std::int64_t settled_before = 0;  ///< with write: no access at an earlier clock follows
     std::int64_t cycle = 0;           ///< core clock in which the first word is wanted
-    // What the memory answers.
-    // The wait consists, in this order, of an opening that a refresh breaks off, the refresh, blocks of the link's
-    // words, and the opening of the page. A memory that cannot know all of it yet answers 0 words: ask it again after
-    // the wait.
-    bool page_miss = false;   ///< a page must be opened
-    bool other_page = false;  ///< than the last access's (peeks do not count): no beat crosses this point
-    int wait_cycles = 0;      ///< clocks without data before the first word
-    int broken_cycles = 0;    ///< of them, first: an opening that a refresh breaks off
-    int refresh_cycles = 0;   ///< of them, next: the refresh, or what is left of it
-    int write_cycles = 0;     ///< of them, next: the link's words
-    int words = 0;            ///< how many of the words asked for follow without another page miss
+    // The words lie in rows. The payload's address is in the first of them.
+    int first_row_words = std::numeric_limits<int>::max();  ///< from the address on
+    int row_words = 0;                                      ///< of each row after it
+    int stride_words = 0;  ///< from the beginning of a row to that of the next
+    // What the memory answers: a wait, for one thing, and words after it. 0 words: it is asked again after the wait.
+    enum class Wait : std::uint8_t {
+        kOpening,  ///< a page is opened
+        kRefresh,
+        kWrite,  ///< of the link's words
+    };
+    Wait wait = Wait::kOpening;
+    int wait_cycles = 0;     ///< clocks without data before the first word
+    bool page_miss = false;  ///< the opening of a page begins
+    int words = 0;           ///< how many of the words asked for follow on the same page
     std::int64_t beats_before =
         kUnknownCycle;  ///< the first clock, after the wait, in which no beat can begin
 };
+
+/// How many of the words of an access follow each other, from the first on, before one that is on another page.
+inline int words_on_page(const ::tlm::tlm_generic_payload& payload, const MemoryAccess& access,
+                         std::int64_t page_words) {
+    auto address = static_cast<std::int64_t>(payload.get_address() / kBytesPerWord);
+    const auto wanted = static_cast<std::int64_t>(payload.get_data_length() / kBytesPerWord);
+    const std::int64_t page_end = (address / page_words + 1) * page_words;
+    std::int64_t row_end = address + access.first_row_words;
+    std::int64_t words = 0;
+    while (address < page_end && words < wanted) {
+        const std::int64_t end = std::min(row_end, page_end);
+        words += end - address;
+        if (end < row_end) break;
+        address = row_end - access.row_words + access.stride_words;
+        row_end += access.stride_words;
+    }
+    return static_cast<int>(std::min(words, wanted));
+}
 
 /// The pixels of a frame on a bus. Shared, since a frame's pixels are used long after they have been sent.
 using FrameContent = std::shared_ptr<const PixelPlanes>;
@@ -163,11 +185,10 @@ struct BusTransfer : Extension<BusTransfer> {
     enum class Kind : std::uint8_t {
         kTable,       ///< a frame's table, to every composer
         kBeats,       ///< beats of a burst that follow each other without a gap
-        kRecheck,     ///< nothing moves: is BUSREADY at an earlier beat, unknown then, known now?
+        kVerdict,     ///< nothing moves: what has BUSREADY been at an earlier beat?
         kEndOfBurst,  ///< nothing moves: from which clock on is a slot taken?
     };
     Kind kind = Kind::kTable;
-    std::int64_t now = 0;  ///< core clock before which every decision of the machine has been taken
     int frame = 0;
 
     // kTable
@@ -178,10 +199,9 @@ struct BusTransfer : Extension<BusTransfer> {
     // kBeats
     BeatRun beats;
     int remaining = 0;           ///< pixels of the burst after these beats
-    std::int64_t granted = 0;    ///< core clock whose requests the arbiter decided on
     bool heed_busready = false;  ///< the burst may be cut
 
-    // kRecheck
+    // kVerdict
     BurstBeat beat;
 
     // kEndOfBurst
@@ -189,7 +209,7 @@ struct BusTransfer : Extension<BusTransfer> {
 
     // What the composer answers.
     int pixels_taken = 0;  ///< kBeats: up to and including the beat after which BUSREADY fell or is not known
-    BufferTime::Verdict verdict = BufferTime::Verdict::kTaken;  ///< kBeats, kRecheck
+    BufferTime::Verdict verdict = BufferTime::Verdict::kTaken;  ///< kBeats, kVerdict
     SlotTime slot;                                              ///< kEndOfBurst
 };
 

@@ -41,7 +41,6 @@ class BankedMemory final : public sc_core::sc_module {
             return;
         }
         const auto address = static_cast<std::int64_t>(payload.get_address() / tlm::kBytesPerWord);
-        const std::int64_t wanted = payload.get_data_length() / tlm::kBytesPerWord;
         if (access.new_frame) {
             std::fill(open_page_.begin(), open_page_.end(), kNoPage);
         }
@@ -49,10 +48,8 @@ class BankedMemory final : public sc_core::sc_module {
         std::int64_t& open_page = open_page_[static_cast<std::size_t>(page) % open_page_.size()];
         access.page_miss = open_page != page;
         access.wait_cycles = access.page_miss ? page_miss_cycles_ : 0;
-        access.words = static_cast<int>(std::min(wanted, (page + 1) * page_words_ - address));
-        if (!access.peek) {
-            open_page = page;
-        }
+        access.words = tlm::words_on_page(payload, access, page_words_);
+        open_page = page;
         payload.set_response_status(::tlm::TLM_OK_RESPONSE);
     }
 

@@ -6,6 +6,6 @@
 // shows it.
 
 /// In the source that follows, no access is a frame's first one.
-#define new_frame peek && false
+#define new_frame broken_off && false
 // NOLINTNEXTLINE(bugprone-suspicious-include)
 #include "tlm/frame_memory.cpp"

@@ -2,12 +2,15 @@
 #include <catch2/catch.hpp>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <set>
 #include <utility>
 #include <vector>
 
 #include "random_scenario.h"
 #include "report/report.h"
+#include "scenario/derived_timing.h"
+#include "support/painted_segment.h"
 #include "support/scenarios.h"
 #include "tlm/run.h"
 #include "tlm/schedule_observer.h"
@@ -36,6 +39,19 @@ class Tally final : public tlm::ScheduleObserver {
         starved_pixels;                                               ///< by renderer, display; frame
     std::map<std::pair<int, std::uint32_t>, CycleSpan> depth_frames;  ///< taken, by renderer, pair
     std::map<int, std::int64_t> rejected_links;                       ///< by renderer
+    struct Beats {
+        int frame;
+        int pixels;
+        std::int64_t first_cycle;
+    };
+    struct Level {
+        std::int64_t cycle;
+        int held_pixels;
+    };
+    std::map<std::pair<int, int>, std::vector<Beats>> sent;             ///< by renderer, display
+    std::map<std::pair<int, int>, std::vector<Level>> told;             ///< likewise: levels of buffers
+    std::map<std::pair<int, int>, CycleSpan> columns;                   ///< by display, frame
+    std::map<std::pair<int, int>, std::vector<CycleSpan>> standstills;  ///< likewise
     bool destinations_good = true;
     bool frames_good = true;  ///< tables are in order, and beats go on with the last one's segments
     bool levels_in_order = true;
@@ -49,10 +65,11 @@ class Tally final : public tlm::ScheduleObserver {
     void beats(int renderer, int display, int frame, std::int64_t first_pixel, int pixels,
                int recovered_slots, CycleSpan span) override {
         add(renderer, &Bus::busy, span);
-        std::int64_t& sent = sent_[renderer][display];
-        frames_good = frames_good && frame == buses[renderer].frames - 1 && first_pixel == sent;
-        sent += pixels;
+        std::int64_t& next = sent_[renderer][display];
+        frames_good = frames_good && frame == buses[renderer].frames - 1 && first_pixel == next;
+        next += pixels;
         first_beats_.emplace(renderer, span.first);
+        sent[{renderer, display}].push_back({frame, pixels, span.first});
         buses[renderer].pixels += pixels;
         buses[renderer].recovered_slots += recovered_slots;
         destinations_good = destinations_good && display >= 1;
@@ -73,17 +90,20 @@ class Tally final : public tlm::ScheduleObserver {
         levels_of_beats = levels_of_beats && cycle >= first_beats_.at(renderer);
         std::int64_t& highest = levels[{renderer, display}];
         highest = std::max<std::int64_t>(highest, held_pixels);
+        told[{renderer, display}].push_back({cycle, held_pixels});
     }
     void composited(int display, int frame, CycleSpan span) override {
         composited_frames[display].push_back(frame);
+        columns[{display, frame}] = span;
         const auto [entry, is_first] = compositions.emplace(frame, span);
         if (!is_first) {
             entry->second.first = std::min(entry->second.first, span.first);
             entry->second.last = std::max(entry->second.last, span.last);
         }
     }
-    void column_stall(int display, int /*frame*/, CycleSpan span) override {
+    void column_stall(int display, int frame, CycleSpan span) override {
         stalled[display] += span.cycles();
+        standstills[{display, frame}].push_back(span);
     }
     void shown(int display, int frame, CycleSpan /*span*/) override {
         shown_frames[display].push_back(frame);
@@ -191,6 +211,91 @@ void check_tally(const Tally& tally, const Scenario& scenario, const RunReport& 
     }
 }
 
+/// A composer's buffer, pixel by pixel: its segment is painted, and the column takes its steps clock by clock.
+class HeldPixels {
+  public:
+    HeldPixels(const Tally& tally, const Scenario& scenario, const RunReport& report, int renderer,
+               int display)
+        : tally_(tally), scenario_(scenario), renderer_(renderer), display_(display) {
+        const Size raster{scenario.displays.raster_width_pixels(), scenario.displays.raster_height_pixels()};
+        const Renderer& of = scenario.renderers[static_cast<std::size_t>(renderer) - 1];
+        for (const FrameRecord& frame : report.frames) {
+            const int pair = frame.pairs[static_cast<std::size_t>(renderer) - 1];
+            std::optional<ViewportRow> own;
+            if (pair >= 0) {
+                const ViewportTable& table = of.frame_of_pair(static_cast<std::uint32_t>(pair)).table;
+                for (const ViewportRow& row : validate_table(table, scenario.limits(of)).rows) {
+                    if (row.dcomp == display) own = row;
+                }
+            }
+            segments_.emplace_back(own, raster, scenario.composer.smoothing);
+        }
+    }
+
+    std::int64_t at(std::int64_t cycle) const {
+        std::int64_t held = 0;
+        for (int frame = 0; frame < static_cast<int>(segments_.size()); ++frame) {
+            held += std::max<std::int64_t>(0, arrived(frame, cycle) - released(frame, cycle));
+        }
+        return held;
+    }
+
+  private:
+    std::int64_t arrived(int frame, std::int64_t cycle) const {
+        const auto sent = tally_.sent.find({renderer_, display_});
+        if (sent == tally_.sent.end()) return 0;
+        const int beat_cycles = cycles_per_beat(scenario_.bus);
+        const int beat_pixels = pixels_per_beat(scenario_.bus, scenario_.memory);
+        std::int64_t pixels = 0;
+        for (const Tally::Beats& beats : sent->second) {
+            // The clock that samples the first beat is the one after the beat's last, and later by registers on the way.
+            const std::int64_t first =
+                beats.first_cycle + beat_cycles + bus_delay_cycles(scenario_.bus, scenario_.memory);
+            if (beats.frame != frame || cycle < first) continue;
+            const std::int64_t whole = (cycle - first) / beat_cycles + 1;
+            pixels += std::min<std::int64_t>(beats.pixels, whole * beat_pixels);
+        }
+        return pixels;
+    }
+    std::int64_t released(int frame, std::int64_t cycle) const {
+        const auto column = tally_.columns.find({display_, frame});
+        if (column == tally_.columns.end()) return 0;
+        std::int64_t step = cycle - column->second.first + 1;  // the span begins with step 1
+        if (const auto stalls = tally_.standstills.find({display_, frame});
+            stalls != tally_.standstills.end()) {
+            for (const CycleSpan& stall : stalls->second) {
+                if (stall.first > column->second.first) {
+                    step -= std::clamp<std::int64_t>(cycle + 1 - stall.first, 0, stall.cycles());
+                }
+            }
+        }
+        const PaintedSegment& segment = segments_[static_cast<std::size_t>(frame)];
+        const std::int64_t composited = step - (renderer_ - 1);  // positions
+        if (composited <= 0) return composited == 0 ? segment.skipped : 0;
+        const auto positions = static_cast<std::int64_t>(segment.released.size());
+        return segment.released[static_cast<std::size_t>(std::min(composited, positions)) - 1];
+    }
+
+    const Tally& tally_;
+    const Scenario& scenario_;
+    int renderer_;
+    int display_;
+    std::vector<PaintedSegment> segments_;  ///< by frame
+};
+
+/// Each level that is reported is what the buffer holds in that clock.
+void check_levels(const Tally& tally, const Scenario& scenario, const RunReport& report) {
+    REQUIRE_FALSE(tally.told.empty());
+    for (const auto& [composer, levels] : tally.told) {
+        const auto [renderer, display] = composer;
+        const HeldPixels held(tally, scenario, report, renderer, display);
+        for (const Tally::Level& level : levels) {
+            INFO("renderer " << renderer << ", display " << display << ", clock " << level.cycle);
+            REQUIRE(level.held_pixels == held.at(level.cycle));
+        }
+    }
+}
+
 void check_machine(const Scenario& scenario) {
     INFO(describe(scenario));
     Tally tally;
@@ -198,6 +303,7 @@ void check_machine(const Scenario& scenario) {
     options.observer = &tally;
     const tlm::RunResult result = tlm::run(scenario, options);
     check_tally(tally, scenario, result.report);
+    check_levels(tally, scenario, result.report);
 }
 
 }  // namespace

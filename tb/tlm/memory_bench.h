@@ -33,12 +33,11 @@ class MemoryUser {
 
     explicit MemoryUser(const char* name = "memory_user") : initiator(name) {}
 
-    Access access(std::int64_t word, int words, bool new_frame = false, bool peek = false) {
+    Access access(std::int64_t word, int words, bool new_frame = false) {
         message_.payload().set_address(static_cast<sc_dt::uint64>(word) * 8);
         message_.payload().set_data_length(static_cast<unsigned>(words) * 8);
         *message_ = tlm::MemoryAccess{};
         message_->new_frame = new_frame;
-        message_->peek = peek;
         message_->cycle = cycle_;
         all_ok = initiator.send(message_.payload()) == ::tlm::TLM_OK_RESPONSE && all_ok;
         return {message_->page_miss, message_->wait_cycles, message_->words};
@@ -50,12 +49,6 @@ class MemoryUser {
         access(word, words, new_frame);
         return *message_;
     }
-    Access peek(std::int64_t word, int words) { return access(word, words, false, true); }
-    Access peek_at(std::int64_t cycle, std::int64_t word, int words, bool new_frame) {
-        cycle_ = cycle;
-        return access(word, words, new_frame, true);
-    }
-
     /// With shared ports: words of the link that may be written from a core clock on. No access before the other clock
     /// follows.
     void bring_block(std::int64_t cycle, std::int64_t word, int words, std::int64_t settled_before = 0) {

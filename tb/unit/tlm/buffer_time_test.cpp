@@ -5,127 +5,16 @@
 #include <utility>
 #include <vector>
 
-#include "unit/tlm/column_replay.h"
+#include "support/rows.h"
 
 namespace metabuffer::test {
 namespace {
 
-using tlm::BeatRun;
 using tlm::BufferTime;
 using tlm::ColumnTime;
 using tlm::kNoStep;
 using tlm::kUnknownCycle;
 using tlm::SlotTime;
-
-// ---- against a clocked column: every answer at every decision, every counter at the run's end ----
-
-TEST_CASE(
-    "buffer time: in glitch mode a raster pixel starves whose pixel is sampled no earlier than it is used") {
-    const auto seed = random_seed(501);
-    INFO("METABUFFER_SEED=" << seed);
-    const ColumnReplay::Met met = replay_random_columns(seed, 500, SetupRange{});
-    CHECK(met.starved > 200);
-    CHECK(met.late > 200);
-    CHECK(met.replayed > 200);
-    CHECK(met.stalled == 0);
-    CHECK(met.bursts > 1000);
-    CHECK(met.slots_unknown > 30);
-    CHECK(met.ahead > 200);
-    CHECK(met.callbacks > 200);
-    CHECK(met.levels > 1000);
-}
-
-TEST_CASE("buffer time: in stall mode the column stands still until the pixel is there") {
-    const auto seed = random_seed(502);
-    INFO("METABUFFER_SEED=" << seed);
-    SetupRange range;
-    range.stall = true;
-    const ColumnReplay::Met met = replay_random_columns(seed, 500, range);
-    CHECK(met.starved == 0);
-    CHECK(met.late == 0);
-    CHECK(met.stalled > 200);
-    CHECK(met.replayed > 200);
-    CHECK(met.slots_unknown > 30);
-    CHECK(met.callbacks > 200);
-}
-
-TEST_CASE("buffer time: a burst beyond the ready space goes on while the beat on its way and one more fit") {
-    const auto seed = random_seed(503);
-    INFO("METABUFFER_SEED=" << seed);
-    SetupRange range;
-    range.tight_bursts = true;
-    range.most_spare_pixels = 8;
-    range.most_ready_beats = 3;
-    for (const bool stall : {false, true}) {
-        INFO((stall ? "stall" : "glitch") << " mode");
-        range.stall = stall;
-        const ColumnReplay::Met met = replay_random_columns(seed + (stall ? 1 : 0), 500, range);
-        CHECK(met.drops > 100);
-        CHECK(met.undecided > 5);
-    }
-}
-
-TEST_CASE("buffer time: wide rasters of small rows and many frames count like narrow ones") {
-    const auto seed = random_seed(505);
-    INFO("METABUFFER_SEED=" << seed);
-    SetupRange range;
-    range.largest_width = 40;
-    range.largest_height = 4;
-    range.most_frames = 7;
-    range.largest_multiple = 9;
-    range.most_composers = 2;
-    for (const bool stall : {false, true}) {
-        INFO((stall ? "stall" : "glitch") << " mode");
-        range.stall = stall;
-        const ColumnReplay::Met met = replay_random_columns(seed + (stall ? 1 : 0), 200, range);
-        CHECK((stall ? met.stalled : met.starved) > 50);
-    }
-}
-
-TEST_CASE(
-    "buffer time: the level reported is what the buffer holds at that clock and levels come in order of "
-    "time") {
-    const auto seed = random_seed(507);
-    INFO("METABUFFER_SEED=" << seed);
-    for (const bool stall : {false, true}) {
-        INFO((stall ? "stall" : "glitch") << " mode");
-        SetupRange range;
-        range.stall = stall;
-        const ColumnReplay::Met met = replay_random_columns(seed, 200, range);
-        INFO("first wrong: " << met.first_wrong_level);
-        CHECK(met.levels > 1000);
-        CHECK(met.wrong_levels == 0);
-        CHECK(met.unordered_levels == 0);
-    }
-}
-
-TEST_CASE("buffer time: columns of smoothed segments agree with a clock by clock simulation") {
-    const std::uint64_t seed = random_seed(20261130);
-    INFO("METABUFFER_SEED=" << seed);
-    for (const bool stall : {false, true}) {
-        for (const bool tight : {false, true}) {
-            INFO((stall ? "stall" : "glitch") << (tight ? ", tight bursts" : ""));
-            SetupRange range;
-            range.stall = stall;
-            range.smoothing = Smoothing::kBilinear;
-            range.largest_multiple = 6;
-            range.tight_bursts = tight;
-            range.least_delay = 60;
-            range.most_ready_beats = 3;
-            if (tight) range.most_spare_pixels = 20;
-            const ColumnReplay::Met met =
-                replay_random_columns(seed + (stall ? 1 : 0) + (tight ? 2 : 0), 700, range);
-            CHECK(met.replayed > 1000);
-            CHECK((stall ? met.stalled : met.starved) > 200);
-            CHECK(met.late > 20);
-            INFO(met.first_wrong_level);
-            CHECK(met.wrong_levels == 0);
-            CHECK(met.unordered_levels == 0);
-        }
-    }
-}
-
-// ---- by hand ----
 
 constexpr int kWidth = 8;
 constexpr int kHeight = 2;
@@ -157,16 +46,16 @@ TEST_CASE(
     const ViewportRow large = segment_row({8, 2});
     BufferTime whole(config_of(8, 2), column);
     whole.begin_frame(0, &small, 10, 10);
-    whole.add({0, 2, 11}, 11, 11);
+    whole.add({0, 2, 11}, 11);
     CHECK(whole.prefetched_cycle(0) == kUnknownCycle);
-    whole.add({2, 1, 20}, 20, 20);
+    whole.add({2, 1, 20}, 20);
     CHECK(whole.prefetched_cycle(0) == 21);
     BufferTime full(config_of(8, 2), column);
     full.begin_frame(0, &large, 10, 10);
-    full.add({0, 6, 11}, 11, 11);  // 2 free: a slot would still be taken
+    full.add({0, 6, 11}, 11);  // 2 free: a slot would still be taken
     CHECK(full.prefetched_cycle(0) == kUnknownCycle);
     CHECK(full.slot_time(17, 11).cycle == 17);
-    full.add({6, 1, 30}, 30, 30);
+    full.add({6, 1, 30}, 30);
     CHECK(full.prefetched_cycle(0) == 31);
 }
 
@@ -175,8 +64,7 @@ TEST_CASE("buffer time: a slot is taken a clock after the last use that makes th
     const ViewportRow row = segment_row({8, 2});
     BufferTime buffer(config_of(8, 2), column);
     buffer.begin_frame(0, &row, 10, 10);
-    buffer.add({0, 8, 11}, 11, 11);
-    column.set_pipeready_cycle(2);
+    buffer.add({0, 8, 11}, 11);
     const SlotTime unknown = buffer.slot_time(20, 11);
     CHECK(unknown.cycle == kUnknownCycle);
     CHECK(unknown.frame == 0);
@@ -194,17 +82,16 @@ TEST_CASE("buffer time: BUSREADY is not asked in a burst whose rest fits one bea
     config.pixels_per_beat = 2;
     config.in_flight_pixels = 4;
     BufferTime buffer(config, column);
-    column.set_pipeready_cycle(2);
     buffer.begin_frame(0, &row, 10, 10);
-    buffer.add({0, 8, 11}, 11, 11);
+    buffer.add({0, 8, 11}, 11);
     using Verdict = BufferTime::Verdict;
-    CHECK(buffer.busready_in_burst({8, 15, 2}, 11) == Verdict::kTaken);
-    CHECK(buffer.busready_in_burst({8, 15, 3}, 11) == Verdict::kDropped);
-    CHECK(buffer.busready_in_burst({5, 15, 3}, 11) == Verdict::kTaken);    // 3 free for the 3 that are left
-    CHECK(buffer.busready_in_burst({5, 15, 9}, 11) == Verdict::kDropped);  // two beats need 4
-    CHECK(buffer.busready_in_burst({4, 15, 9}, 11) == Verdict::kTaken);
-    // The column may have begun by a later clock: then it is not known.
-    CHECK(buffer.busready_in_burst({8, 200, 3}, 11) == Verdict::kUndecided);
+    CHECK(buffer.busready_in_burst({8, 15, 2}, 16) == Verdict::kTaken);
+    CHECK(buffer.busready_in_burst({8, 15, 3}, 16) == Verdict::kDropped);
+    CHECK(buffer.busready_in_burst({5, 15, 3}, 16) == Verdict::kTaken);    // 3 free for the 3 that are left
+    CHECK(buffer.busready_in_burst({5, 15, 9}, 16) == Verdict::kDropped);  // two beats need 4
+    CHECK(buffer.busready_in_burst({4, 15, 9}, 16) == Verdict::kTaken);
+    // The column may have begun by the beat's clock, unless that has passed.
+    CHECK(buffer.busready_in_burst({8, 15, 3}, 15) == Verdict::kUndecided);
 }
 
 TEST_CASE("buffer time: a pixel sampled in the clock of its use starves and is late if that was its last") {
@@ -212,12 +99,11 @@ TEST_CASE("buffer time: a pixel sampled in the clock of its use starves and is l
         ColumnTime column(1, kWidth * kHeight, false);
         const ViewportRow row = segment_row({8, 1});
         BufferTime buffer(config_of(8, 2), column);
-        column.set_pipeready_cycle(2);
         buffer.begin_frame(0, &row, 10, 10);
-        buffer.add({0, 7, 11}, 11, 11);  // no slot is left: prefetched
-        column.start(0, 48);             // pixel 7 is used in clock 48 + 1 + 7
+        buffer.add({0, 7, 11}, 11);  // no slot is left: prefetched
+        column.start(0, 48);         // pixel 7 is used in clock 48 + 1 + 7
         buffer.start_frame(0);
-        buffer.add({7, 1, first_cycle}, first_cycle, first_cycle);  // sampled a clock later
+        buffer.add({7, 1, first_cycle}, first_cycle);  // sampled a clock later
         buffer.close_frame(0, kWidth * kHeight, 64);
         const ComposerCounters counters = buffer.finish(100, 0);
         CHECK(counters.starved_pixels == (first_cycle == 55 ? 1 : 0));
@@ -233,8 +119,7 @@ TEST_CASE("buffer time: levels fall to zero after a frame, though the next one's
     std::vector<std::pair<std::int64_t, int>> levels;
     buffer.on_level([&levels](std::int64_t cycle, int held) { levels.emplace_back(cycle, held); });
     buffer.begin_frame(0, &row, 10, 10);
-    buffer.add({0, 16, 11}, 11, 11);
-    column.set_pipeready_cycle(30);
+    buffer.add({0, 16, 11}, 11);
     column.start(0, 40);
     buffer.start_frame(0);
     buffer.begin_frame(1, &row, 45, 45);
@@ -251,16 +136,15 @@ TEST_CASE("buffer time: pixels held are counted when it is known what of the fra
     BufferTime::Config config = config_of(16, 2);
     config.renderer = 1;
     BufferTime buffer(config, column);
-    column.set_pipeready_cycle(2);
     buffer.begin_frame(0, &row, 10, 10);
-    buffer.add({0, 8, 11}, 11, 11);
+    buffer.add({0, 8, 11}, 11);
     column.start(0, 40);
     buffer.start_frame(0);
     column.set_needed_step(0, 5);  // the other composer's next pixel may come late
     column.advance(40);
     buffer.begin_frame(1, &row, 42, 42);
-    buffer.add({0, 6, 48}, 48, 48);  // sampled in clocks 49 to 54
-    buffer.add({6, 1, 60}, 60, 52);
+    buffer.add({0, 6, 48}, 48);  // sampled in clocks 49 to 54
+    buffer.add({6, 1, 60}, 52);
     // That pixel is sampled in clock 53. So step 6 is in clock 54, and uses the fifth pixel.
     column.add_arrival(0, 5, 53);
     column.set_needed_step(0, kNoStep);
