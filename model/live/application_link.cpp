@@ -138,13 +138,24 @@ void ApplicationLink::grant(std::uint32_t index, std::uint32_t number) {
     send_now(socket_, &message, sizeof message);
 }
 
-ApplicationPair ApplicationLink::take(std::uint32_t least_number) {
+ApplicationPair ApplicationLink::take(std::uint32_t least_number, bool with_pixels) {
     const live_submission& oldest = submitted_.front();
     const std::size_t words = live_frame_words(info_.image_width_pixels, info_.image_height_pixels);
-    const std::uint32_t* const begin = ring_ + std::size_t{2} * oldest.index * words;
-    ApplicationPair pair{oldest.frame_number, {begin, begin + words}, {begin + words, begin + 2 * words}};
-    for (std::vector<std::uint32_t>* const frame : {&pair.colour, &pair.depth}) {
-        for (std::uint32_t& word : *frame) word &= kColourMask;
+    const auto line = static_cast<std::size_t>(info_.image_width_pixels);
+    const std::uint32_t* const colour = ring_ + std::size_t{2} * oldest.index * words;
+    const std::uint32_t* const depth = colour + words;
+    ApplicationPair pair{oldest.frame_number, {colour, colour + line}, {depth, depth + line}, {}};
+    for (std::vector<std::uint32_t>* const control : {&pair.colour_control, &pair.depth_control}) {
+        for (std::uint32_t& word : *control) word &= kColourMask;
+    }
+    if (with_pixels) {
+        const DepthFormat format =
+            info_.depth_format == METABUFFER_Z24 ? DepthFormat::kZ24 : DepthFormat::kA8Z16;
+        pair.pixels = PixelImage(info_.image_width_pixels, info_.image_height_pixels);
+        for (std::size_t i = 0; i < pair.pixels.values.size(); ++i) {
+            pair.pixels.values[i] = with_depth_half(with_colour_half(Pixel(), colour[line + i] & kColourMask),
+                                                    depth[line + i] & kColourMask, format);
+        }
     }
     drop(least_number);
     return pair;

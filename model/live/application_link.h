@@ -8,15 +8,16 @@
 #include <vector>
 
 #include "application/live_protocol.h"
+#include "formats/image.h"
 
 namespace metabuffer::live {
 
-/// What an application has submitted, as it was when it was taken over: lines of link pixels, 24 bits each, the control
-/// scanline first.
+/// What an application has submitted, as it was when it was taken over.
 struct ApplicationPair {
-    std::uint32_t number = 0;  ///< that was granted
-    std::vector<std::uint32_t> colour;
-    std::vector<std::uint32_t> depth;
+    std::uint32_t number = 0;                   ///< that was granted
+    std::vector<std::uint32_t> colour_control;  ///< scanline: link pixels, 24 bits each
+    std::vector<std::uint32_t> depth_control;
+    PixelImage pixels;
 };
 
 /// One connected application, by the protocol of application/live_protocol.h. Never blocks. The memory of the pairs is
@@ -47,8 +48,9 @@ class ApplicationLink {
     std::size_t waiting() const { return submitted_.size(); }
     /// The number of the oldest of them.
     std::uint32_t oldest_number() const { return submitted_.front().frame_number; }
-    /// Takes the oldest over, and grants its memory anew; the next number is at least `least_number`.
-    ApplicationPair take(std::uint32_t least_number);
+    /// Takes the oldest over, its pixels only if they are wanted, and grants its memory anew; the next number is at least
+    /// `least_number`.
+    ApplicationPair take(std::uint32_t least_number, bool with_pixels);
     /// The same without its pixels.
     void drop(std::uint32_t least_number);
 

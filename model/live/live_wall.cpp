@@ -110,21 +110,6 @@ metabuffer_link_info info_of(const Scenario& scenario, const Renderer& renderer)
     return info;
 }
 
-std::vector<std::uint32_t> first_line(const std::vector<std::uint32_t>& frame, const Renderer& renderer) {
-    return {frame.begin(), frame.begin() + renderer.image_width_pixels};
-}
-
-/// What the link's memory holds of a pair.
-PixelImage image_of(const ApplicationPair& sent, const Renderer& renderer, DepthFormat format) {
-    PixelImage image(renderer.image_width_pixels, renderer.image_height_pixels);
-    const auto line = static_cast<std::size_t>(renderer.image_width_pixels);
-    for (std::size_t i = 0; i < image.values.size(); ++i) {
-        image.values[i] =
-            with_depth_half(with_colour_half(Pixel(), sent.colour[line + i]), sent.depth[line + i], format);
-    }
-    return image;
-}
-
 }  // namespace
 
 LiveWall::LiveWall(Scenario& scenario, LiveOptions options)
@@ -379,16 +364,18 @@ bool LiveWall::take(Link& link, std::uint32_t pair) {
             link.application->drop(pair);
             continue;
         }
-        if (add_pair(link, pair, link.application->take(in_order ? pair : 0))) return true;
+        if (add_pair(link, pair, link.application->take(in_order ? pair : 0, options_.needs_pixels))) {
+            return true;
+        }
     }
     receive(link);
     return false;
 }
 
 /// False, and the link is cut off, if the pair has a number that would make it another one.
-bool LiveWall::add_pair(Link& link, std::uint32_t pair, const ApplicationPair& sent) {
+bool LiveWall::add_pair(Link& link, std::uint32_t pair, ApplicationPair sent) {
     Renderer& renderer = renderer_of(link);
-    const DecodedScanline colour = decode_control_scanline(first_line(sent.colour, renderer));
+    const DecodedScanline colour = decode_control_scanline(sent.colour_control);
     if (colour.defect == ScanlineDefect::kNone && colour.content.frame_number != sent.number) {
         close(link, "numbers a pair " + std::to_string(colour.content.frame_number) + " instead of " +
                         std::to_string(sent.number));
@@ -397,10 +384,11 @@ bool LiveWall::add_pair(Link& link, std::uint32_t pair, const ApplicationPair& s
     RendererFrame& frame = begin(link, pair);
     frame = RendererFrame{};
     frame.image = renderer.images.size();
-    renderer.images.push_back(
-        std::make_shared<const StoredImage>(image_of(sent, renderer, scenario_.depth_format)));
-    SentControls controls =
-        sent_controls(first_line(sent.colour, renderer), first_line(sent.depth, renderer));
+    const ImageSize size{renderer.image_width_pixels, renderer.image_height_pixels};
+    renderer.images.push_back(options_.needs_pixels
+                                  ? std::make_shared<const StoredImage>(std::move(sent.pixels))
+                                  : std::make_shared<const StoredImage>(size, StoredImage::Read()));
+    SentControls controls = sent_controls(sent.colour_control, sent.depth_control);
     frame.table = controls.table;
     const auto of_host = [&](FrameKind kind) {
         return encode_control_scanline(control_content(scenario_, renderer, pair, kind),

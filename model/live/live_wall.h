@@ -19,6 +19,7 @@ struct LiveOptions {
     /// How long a link in lockstep waits for its application, in real time, before its pair is missing.
     std::chrono::duration<double> wait{10.0};
     bool keeps_pairs = false;  ///< in memory, to be recorded
+    bool needs_pixels = true;  ///< false: only what control scanlines say
     bool real_time = false;    ///< free-running links keep to the clock on the wall
     int stop_descriptor = -1;  ///< readable when the wall is to end; -1: none
     /// Called with one line when an application comes, goes or is refused. May be empty.
@@ -84,7 +85,7 @@ class LiveWall final : public LivePairs {
     Next next_in_lockstep(Link& link, std::uint32_t pair);
     Next next_free_running(Link& link, std::uint32_t pair);
     bool take(Link& link, std::uint32_t pair);
-    bool add_pair(Link& link, std::uint32_t pair, const ApplicationPair& sent);
+    bool add_pair(Link& link, std::uint32_t pair, ApplicationPair sent);
     Next missing(Link& link, std::uint32_t pair);
     Next silence(Link& link, std::uint32_t pair);
     RendererFrame& begin(Link& link, std::uint32_t pair, bool silent = false);

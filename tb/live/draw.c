@@ -1,6 +1,8 @@
 /* An application in C99: submits pairs whose pixels depend on the pair's number, the pixel's position and a tint.
  *
  * usage: draw SOCKET LINK PAIRS X,Y,MULTIPLE TINT MILLISECONDS
+ * MILLISECONDS is the time between two pairs. -1: none, and each pair's memory is drawn once, so that the wall alone is
+ * measured.
  */
 #include <stdio.h>
 #include <stdlib.h>
@@ -8,7 +10,7 @@
 
 #include "metabuffer_host.h"
 
-enum { WAIT_MS = 20000, MOST_DISPLAYS = 16 };
+enum { WAIT_MS = 20000, MOST_DISPLAYS = 16, RING_PAIRS = 3 };
 
 static int fail(const metabuffer_link* link, metabuffer_status status) {
     const char* const message = metabuffer_link_message(link);
@@ -49,9 +51,11 @@ int main(int count, char** words) {
             metabuffer_pair pair;
             status = metabuffer_begin_pair(link, WAIT_MS, &pair);
             if (status != METABUFFER_OK) break;
-            draw(info, &pair, (uint32_t)atol(words[5]));
+            if (milliseconds >= 0 || pair.frame_number < RING_PAIRS)
+                draw(info, &pair, (uint32_t)atol(words[5]));
             status = metabuffer_write_controls(link, &pair, rows, row_count);
             if (status == METABUFFER_OK) status = metabuffer_submit_pair(link, &pair);
+            if (milliseconds <= 0) continue;
             const struct timespec pause = {milliseconds / 1000, milliseconds % 1000 * 1000000};
             nanosleep(&pause, NULL);
         }

@@ -227,6 +227,19 @@ class Recording(Wall):
         self.assertEqual(sorted(self.pictures("out")), ["collage.png", *sorted(
             f"display_{display}{frame}.png" for display in (1, 2) for frame in ("", ".0000", ".0001", ".0002"))])
 
+    def test_a_wall_that_shows_nothing(self):
+        """It counts only, as run --pictures none does, and what it records has its pixels all the same."""
+        self.start("--pictures", "none", "--record", "record")
+        for name in ("left", "right"):
+            self.draw(name, 3)
+        self.finish()
+        self.assertEqual(self.pictures("out"), {})
+        subprocess.run([PROGRAM, "run", "record/scenario.yaml", "--out", "none", "--quiet", "--pictures", "none"], cwd=self.folder,
+                       check=True)
+        self.assertEqual(self.report("none"), self.report())
+        self.run_recorded("tlm")
+        self.assertIn("collage.png", self.pictures("run_tlm"))
+
     def test_real_time(self):
         """A free-running link begins pair k no sooner than k pair times after the start."""
         frames, pair_seconds = 3, 0.2

@@ -80,7 +80,9 @@ std::filesystem::path LiveCommand::socket_of(const Scenario& scenario) const {
 }
 
 ExitStatus LiveCommand::execute() {
-    const LevelRequest request{*from_name<RunLevel>(level_), true, false, std::nullopt};
+    const bool shows = !no_window_ || !stream_file_.empty() || !names_no_picture(pictures_);
+    LevelRequest request{*from_name<RunLevel>(level_), true, false, std::nullopt};
+    if (request.level == RunLevel::kTlm) request.images = shows;
     Scenario scenario = scenario_.load(LiveRenderers::kAccepted);
     const auto is_live = [](const Renderer& renderer) { return renderer.is_live; };
     if (std::none_of(scenario.renderers.begin(), scenario.renderers.end(), is_live)) {
@@ -102,6 +104,7 @@ ExitStatus LiveCommand::execute() {
     options.socket = socket;
     options.wait = std::chrono::duration<double>(wait_seconds_);
     options.keeps_pairs = !record_directory_.empty();
+    options.needs_pixels = needs_pixels(request) || options.keeps_pairs;
     options.real_time = real_time_;
     options.stop_descriptor = signals.descriptor();
     if (!quiet_) options.on_event = [](const std::string& line) { std::cerr << line << std::endl; };
