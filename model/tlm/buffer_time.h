@@ -40,8 +40,8 @@ struct SlotTime {
 /// the changes of BUSREADY and the raster pixels that starve. The rules are those of the timing table in
 /// docs/design.md.
 ///
-/// Frames come in order; the table of frame f may come when frame f - 2 has been composited. "now" is the kernel's
-/// clock: all that happens before it has been decided.
+/// Frames come in order; the table of frame f may come when frame f - 2 has been composited. "now" is the
+/// present clock: all that happens before it has been decided.
 class BufferTime {
   public:
     struct Config {

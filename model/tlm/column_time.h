@@ -92,7 +92,7 @@ class ColumnTime {
     }
     /// `stall` mode: a pixel that is needed after `step` arrives at `arrival`, so step + 1 comes later than that.
     void add_arrival(int renderer, std::int64_t step, std::int64_t arrival);
-    /// `stall` mode: works out what has become known. `now` is the kernel's clock.
+    /// `stall` mode: works out what has become known. `now` is the present clock.
     void advance(std::int64_t now);
 
     /// Calls back, once, when a frame's step is known: at once if it is, else from start() or advance().

@@ -402,8 +402,8 @@ void InputFramebuffer::continue_burst() {
             break;
         }
         if (!accessing_) {
-            const bool is_certain = limit == kUnknownCycle || stops;
-            if (at_cycle_ > now && (!is_certain || scenario_.memory.shared())) {
+            const bool may_stop = limit != kUnknownCycle && !stops;
+            if (at_cycle_ > now && (may_stop || scenario_.memory.shared())) {
                 go_on_at(at_cycle_);
                 return;
             }
@@ -472,7 +472,7 @@ void InputFramebuffer::access_memory(const Row& row) {
     const MemoryAccess& answer = *memory_access_;
     const bool goes_on = answer.words >= 1 ? answer.beats_before - at_cycle_ > answer.wait_cycles
                                            : answer.words == 0 && answer.wait_cycles > 0;
-    if (!payload.is_response_ok() || !goes_on || answer.words > burst_left_) {
+    if (!payload.is_response_ok() || answer.wait_cycles < 0 || !goes_on || answer.words > burst_left_) {
         // This may be a user's own memory; if it made no progress the burst would never end.
         SC_REPORT_ERROR("/metabuffer/input_framebuffer/memory",
                         (std::string(name()) + ": its memory answered " + payload.get_response_string() +

@@ -10,7 +10,7 @@
 
 #include "metabuffer_host.h"
 
-enum { WAIT_MS = 20000, MOST_DISPLAYS = 16, RING_PAIRS = 3 };
+enum { WAIT_MS = 20000, MOST_DISPLAYS = 16 };
 
 static int fail(const metabuffer_link* link, metabuffer_status status) {
     const char* const message = metabuffer_link_message(link);
@@ -45,14 +45,17 @@ int main(int count, char** words) {
         const metabuffer_link_info* const info = metabuffer_link_get_info(link);
         metabuffer_row rows[MOST_DISPLAYS];
         size_t row_count = 0;
+        uint32_t drawn = 0; /* by memory of the ring */
         status = metabuffer_split_viewport(&viewport, info->image_width_pixels, info->image_height_pixels,
                                            &info->wall, rows, MOST_DISPLAYS, &row_count);
         for (long n = atol(words[3]); n > 0 && status == METABUFFER_OK; --n) {
             metabuffer_pair pair;
             status = metabuffer_begin_pair(link, WAIT_MS, &pair);
             if (status != METABUFFER_OK) break;
-            if (milliseconds >= 0 || pair.frame_number < RING_PAIRS)
+            if (milliseconds >= 0 || (drawn >> pair.index & 1U) == 0) {
                 draw(info, &pair, (uint32_t)atol(words[5]));
+                drawn |= 1U << pair.index;
+            }
             status = metabuffer_write_controls(link, &pair, rows, row_count);
             if (status == METABUFFER_OK) status = metabuffer_submit_pair(link, &pair);
             if (milliseconds <= 0) continue;

@@ -207,6 +207,17 @@ class Recording(Wall):
                 self.finish()
                 self.check_recorded(level)
 
+    def test_ctrl_c_ends_free_running_links_that_show_nothing(self):
+        self.start("--pictures", "none", pacing="free-running")
+        drawings = [self.draw(link, 100_000, milliseconds=1) for link in ("left", "right")]
+        time.sleep(0.5)  # some frames
+        self.assertEqual([drawing.poll() for drawing in drawings], [None, None])
+        self.wall.send_signal(signal.SIGINT)
+        self.finish()
+        report = self.report()
+        self.assertEqual([display["frames_shown"] for display in report["displays"]], [len(report["frames"])] * 2)
+        self.assertGreater(len(report["frames"]), 8)
+
     def test_the_wall_as_raw_video(self):
         self.start("--frames", 3, "--stream", "wall.rgb")
         self.draw("left", 3, "1,1,1", 77)

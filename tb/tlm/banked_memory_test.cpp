@@ -182,6 +182,12 @@ TEST_CASE("own memory: one that has no word for a burst is reported, since the r
           std::string::npos);
 }
 
+TEST_CASE("own memory: a wait of less than no clocks is reported") {
+    CHECK(complaint_about([](tlm::MemoryAccess& access) {
+              access.wait_cycles = -1;
+          }).find("after -1 clocks") != std::string::npos);
+}
+
 TEST_CASE("own memory: one whose next refresh begins before the words can be read is reported") {
     CHECK_FALSE(complaint_about([](tlm::MemoryAccess& access) {
                     access.wait_cycles = 4;

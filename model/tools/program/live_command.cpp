@@ -80,9 +80,6 @@ std::filesystem::path LiveCommand::socket_of(const Scenario& scenario) const {
 }
 
 ExitStatus LiveCommand::execute() {
-    const bool shows = !no_window_ || !stream_file_.empty() || !names_no_picture(pictures_);
-    LevelRequest request{*from_name<RunLevel>(level_), true, false, std::nullopt};
-    if (request.level == RunLevel::kTlm) request.images = shows;
     Scenario scenario = scenario_.load(LiveRenderers::kAccepted);
     const auto is_live = [](const Renderer& renderer) { return renderer.is_live; };
     if (std::none_of(scenario.renderers.begin(), scenario.renderers.end(), is_live)) {
@@ -90,6 +87,11 @@ ExitStatus LiveCommand::execute() {
                                        "no renderer is live; use metabuffer run, or the key live in place of "
                                        "a renderer's frames"));
     }
+    // Level tlm can count without pixels. How a wall of free-running links can end depends on what has been shown.
+    const bool shows = !no_window_ || !stream_file_.empty() || !names_no_picture(pictures_);
+    const auto level = *from_name<RunLevel>(level_);
+    const bool only_counts = !shows && level == RunLevel::kTlm && scenario.pacing == Pacing::kLockstep;
+    const LevelRequest request{level, !only_counts, false, std::nullopt};
     if (!scenario_.names_frames()) scenario.frames = static_cast<int>(limits::kFrames.high);
 
     const std::vector<std::filesystem::path> inputs = inputs_of(scenario_.file(), scenario);
