@@ -15,7 +15,6 @@ LinkPort::LinkPort(const sc_core::sc_module_name& name, const Scenario& scenario
              PairKeeper(scenario.pacing, pair_clocks(renderer), link_timeout_clocks(scenario, renderer))) {}
 
 void LinkPort::reset() {
-    pass_edge();
     registers_.reset();
     pairs_.change().reset(edge_);
     front_source_ = FrameSource{};

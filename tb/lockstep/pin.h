@@ -86,7 +86,10 @@ class Input final : public ValuePin<Value> {
     }
 
     void bind(sc_core::sc_in<Value>& port) { port(signal_); }
-    void drive() override { signal_.write(this->value_); }
+    void drive() override {
+        signal_.write(Value{});  // of what a Wire is given between two edges, the last counts
+        signal_.write(this->value_);
+    }
     bool sample() override {
         this->keep(values_, this->value_);
         return true;

@@ -18,15 +18,16 @@ using rtl::Clocked;
 using rtl::ClockGating;
 using rtl::GatedClock;
 
-/// Adds its input to its sum at each edge, and sleeps while there is nothing to add.
+/// Adds its inputs to its sum at each edge, and sleeps while there is nothing to add.
 class Adder final : public rtl::Block {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};
     sc_core::sc_in<int> add_i{"add_i"};
+    sc_core::sc_in<int> event_add_i{"event_add_i"};  ///< no Wire: only an event tells of a change
     sc_core::sc_in<int> unread_i{"unread_i"};
     sc_core::sc_out<int> sum_o{"sum_o"};
 
-    explicit Adder(const sc_core::sc_module_name& name) : Block(name) { clocked_.reads({&add_i}); }
+    explicit Adder(const sc_core::sc_module_name& name) : Block(name) { clocked_.reads({&add_i, &event_add_i}); }
 
     void trace(sc_core::sc_trace_file* /*file*/) const override {}
     int edges = 0;             ///< at which it has run
@@ -37,8 +38,9 @@ class Adder final : public rtl::Block {
     void clock_edge() {
         ++edges;
         counted += 1 + clocked_.slept_edges();
-        if (add_i.read() == 0) return;
-        sum_ += add_i.read();
+        const int add = add_i.read() + event_add_i.read();
+        if (add_i.read() == 0 && event_add_i.read() == 0) return;
+        sum_ += add;
         sum_o.write(sum_);
         clocked_.stay_awake();
     }
@@ -55,6 +57,7 @@ class Adders final : public rtl::Block {
     static constexpr std::size_t kFree = 2, kFollower = 3;
     sc_core::sc_in<bool> clk_i{"clk_i"};
     sc_core::sc_vector<sc_core::sc_in<int>> add_i{"add_i", kFollower};
+    sc_core::sc_vector<sc_core::sc_in<int>> event_add_i{"event_add_i", kAdders};
     sc_core::sc_vector<sc_core::sc_out<int>> sum_o{"sum_o", kAdders};
     sc_core::sc_signal<int> restless{"restless"};  ///< changes at each edge, and wakes nobody
     GatedClock gated{"gated_clock"};
@@ -66,6 +69,7 @@ class Adders final : public rtl::Block {
             adders.push_back(std::make_unique<Adder>(("adder_" + std::to_string(i)).c_str()));
             Adder& adder = *adders.back();
             adder.sum_o(sum_o[i]);
+            adder.event_add_i(event_add_i[i]);
             adder.unread_i(restless);
             i == kFollower ? adder.add_i(sum_o[kFree]) : adder.add_i(add_i[i]);
             i != kFree&& gating == ClockGating::kOn ? adder.clk_i(gated) : adder.clk_i(clock);
@@ -77,12 +81,18 @@ class Adders final : public rtl::Block {
     }
 };
 
+using Signals = sc_core::sc_vector<sc_core::sc_signal<int>>;
+
 class Reference final : public Lockstep<Adders> {
   public:
-    explicit Reference(LockstepBench& bench)
-        : Lockstep(bench, "adders", [&bench](const char* dut, ClockGating gating) {
-              return std::make_unique<Adders>(dut, bench.clk, gating);
-          }) {
+    Reference(LockstepBench& bench, Signals& event_adds)
+        : Lockstep(bench, "adders",
+                   [&](const char* dut, ClockGating gating) {
+                       auto adders = std::make_unique<Adders>(dut, bench.clk, gating);
+                       adders->event_add_i(event_adds);
+                       return adders;
+                   }),
+          event_adds_(event_adds) {
         for (std::size_t i = 0; i < Adders::kFollower; ++i) adds_.push_back(&in(&Adders::add_i, i));
         for (std::size_t i = 0; i < Adders::kAdders; ++i) sums_.push_back(&out(&Adders::sum_o, i));
     }
@@ -96,6 +106,10 @@ class Reference final : public Lockstep<Adders> {
             // What the follower adds is often nothing again.
             if (i == Adders::kFree && sums_due_[i] != 0) *adds_[i] = random.one_in(2) ? -sums_due_[i] : 0;
         }
+        for (std::size_t i = 0; i < event_adds_.size(); ++i) {
+            const bool comes = i != Adders::kFree && random.one_in(bench_.pausing() ? 40 : 9);
+            event_adds_[i].write(comes ? 1 : 0);
+        }
     }
     void expect() override {
         dut().restless.write(bench_.clock());
@@ -103,7 +117,8 @@ class Reference final : public Lockstep<Adders> {
     }
     void edge() override {
         ++edges_;
-        const std::array<int, Adders::kAdders> add{*adds_[0], *adds_[1], *adds_[2], sums_due_[Adders::kFree]};
+        std::array<int, Adders::kAdders> add{*adds_[0], *adds_[1], *adds_[2], sums_due_[Adders::kFree]};
+        for (std::size_t i = 0; i < add.size(); ++i) add[i] += event_adds_[i].read();
         bool passes = false;
         for (std::size_t i = 0; i < add.size(); ++i) {
             Run& run = runs_[i];
@@ -128,13 +143,16 @@ class Reference final : public Lockstep<Adders> {
     };
     void check_clocks() const {
         const Adders& blocks = dut();
+        std::size_t asleep = 0;
         for (std::size_t i = 0; i < runs_.size(); ++i) {
             INFO("adder " << i << ", clock " << bench_.clock());
             CHECK(blocks.adders[i]->edges == runs_[i].edges);
             CHECK(blocks.adders[i]->counted == runs_[i].counted);
             CHECK(blocks.adders[i]->passed() == edges_);
+            // The free adder wakes the follower at the very edge.
+            asleep += runs_[i].asleep && !(i == Adders::kFollower && sums_due_[Adders::kFree] != 0) ? 1 : 0;
         }
-        // The free adder wakes the follower at the very edge.
+        CHECK(blocks.gated.sleepers() == asleep);
         if (stood_still_ && sums_due_[Adders::kFree] == 0) CHECK(blocks.gated.stands_still());
         CHECK(blocks.gated.read() == bench_.clk.read());
         CHECK(&blocks.gated.negedge_event() == &bench_.clk.negedge_event());
@@ -142,6 +160,7 @@ class Reference final : public Lockstep<Adders> {
     }
 
     std::vector<Input<int>*> adds_;
+    Signals& event_adds_;
     std::vector<Output<int>*> sums_;
     std::array<int, Adders::kAdders> sums_due_{};
     std::array<Run, Adders::kAdders> runs_;
@@ -151,7 +170,8 @@ class Reference final : public Lockstep<Adders> {
 
 TEST_CASE("gated clock: in lockstep with its reference it stands still only while all of its blocks sleep") {
     LockstepBench bench(2207);
-    const Reference adders(bench);
+    Signals event_adds("event_adds", Adders::kAdders);
+    const Reference adders(bench, event_adds);
     bench.clocks_to_pause = 30;
     bench.run(10'000, {{"the clock stood still", 500}});
 }
