@@ -27,7 +27,9 @@ class Adder final : public rtl::Block {
     sc_core::sc_in<int> unread_i{"unread_i"};
     sc_core::sc_out<int> sum_o{"sum_o"};
 
-    explicit Adder(const sc_core::sc_module_name& name) : Block(name) { clocked_.reads({&add_i, &event_add_i}); }
+    explicit Adder(const sc_core::sc_module_name& name) : Block(name) {
+        clocked_.reads({&add_i, &event_add_i});
+    }
 
     void trace(sc_core::sc_trace_file* /*file*/) const override {}
     int edges = 0;             ///< at which it has run
@@ -192,6 +194,19 @@ TEST_CASE("rising clock: it falls from the next rise on that comes after somebod
     sc_core::sc_start(25.0, sc_core::SC_NS);
     CHECK(rises == std::vector<double>{0.0, 10.0, 20.0, 30.0, 40.0});
     CHECK(falls == std::vector<double>{35.0, 45.0});
+}
+
+TEST_CASE("wire: a process that waits for an edge of it runs at each") {
+    rtl::Wire<bool> wire("wire", false);
+    int rises = 0, falls = 0;
+    rtl::spawn_method([&rises] { ++rises; }, {&wire.posedge_event()});
+    rtl::spawn_method([&falls] { ++falls; }, {&wire.negedge_event()});
+    for (const bool value : {true, true, false, true}) {
+        wire.write(value);
+        sc_core::sc_start(1.0, sc_core::SC_NS);
+    }
+    CHECK(rises == 2);
+    CHECK(falls == 1);
 }
 
 }  // namespace
