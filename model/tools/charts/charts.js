@@ -2,11 +2,10 @@
 //
 // A request:
 //   chart       "lines", "scatter", "heatmap", "pareto", "policy" or "histogram"
-//   rows        [{x, y, c, f, glitch, rejected, label, id, tip}], where x, y and c are numbers, texts or null
+//   rows        [{x, y, c, f, whole, label, id, tip}], where x, y and c are numbers, texts or null
 //                 x, y      the row's position
 //                 c, f      what decides its colour, and its panel
-//                 glitch    whether its picture is not whole (pareto)
-//                 rejected  whether frames or table rows were rejected (heatmap)
+//                 whole     false if its pictures are not (pareto, heatmap)
 //                 label     its name on the front (pareto)
 //                 id, tip   what the page shows for it
 //   x, y, colour, facet: {title, log, percent}; log: true, false, or undefined to let the values decide
@@ -34,7 +33,8 @@ const metabufferCharts = (() => {
     };
     const shapes = ["circle", "square", "triangle-up", "diamond", "triangle-down", "cross", "triangle-right"];
     const dashes = [[1, 0], [6, 3], [2, 2], [8, 3, 2, 3]];
-    const badName = "starved or rejected";
+    const goodName = "whole pictures";
+    const badName = "not whole: starved or rejected";
     const mostLegendEntries = 28;
     const mostTicksOfData = 12;
     const mostSymbols = 6000;
@@ -437,10 +437,10 @@ const metabufferCharts = (() => {
         const notes = [];
         const lost = rows.length - drawnRows.length;
         if (lost) notes.push(`not shown: ${plural(lost, "point")} without a value`);
-        const kinds = ["no glitch", badName].filter(kind =>
-            drawnRows.some(row => Boolean(row.glitch) === (kind === badName)));
-        const clean = drawnRows.some(row => !row.glitch);
-        if (!clean && drawnRows.length) notes.push("no point is free of glitches: the front is drawn through those with");
+        const nameOf = row => row.whole === false ? badName : goodName;
+        const kinds = [goodName, badName].filter(kind => drawnRows.some(row => nameOf(row) === kind));
+        const clean = drawnRows.some(row => row.whole !== false);
+        if (!clean && drawnRows.length) notes.push("no point has whole pictures: the front is drawn through those without");
         let leftOut = 0;
         const x = horizontal({...request, x: {...request.x, log: request.x.log === undefined
             ? spansDecades(drawnRows.map(row => row.x)) : request.x.log}}, area, drawnRows);
@@ -455,7 +455,7 @@ const metabufferCharts = (() => {
             dx: {signal: `scale('x', datum.x) > ${area.mostWidth * 0.3} ? -7 : 0`}, dy: {value: -8}};
         const drawnPanels = panels.map(panelRows => {
             const drawn = panelRows.filter(row => isNumber(row.x) && isNumber(row.y));
-            const free = drawn.filter(row => !row.glitch);
+            const free = drawn.filter(row => row.whole !== false);
             const front = frontOf(free.length ? free : drawn);
             const onFront = new Set(front);
             const named = front.filter(row => isThere(row.label));
@@ -470,7 +470,7 @@ const metabufferCharts = (() => {
                 scales: [x.scale, y.scale], axes: [x.axis, y.axis],
                 data: [{name: "steps", values: line},
                        {name: "rows", values: drawn.map(row => ({
-                           ...markRow(row), kind: row.glitch ? badName : "no glitch", front: onFront.has(row)}))
+                           ...markRow(row), kind: nameOf(row), front: onFront.has(row)}))
                            .sort((a, b) => a.front - b.front)},
                        {name: "labels", values: labels.map(row => ({x: row.x, y: row.y, text: String(row.label)}))},
                        ...references.data],
@@ -509,7 +509,7 @@ const metabufferCharts = (() => {
         const lines = inOrder(rows.map(row => row.y));
         if (kindOf(lines) === "category") lines.reverse();  // texts are read from the top; numbers grow upwards
         let mostInCell = 0;
-        let rejected = false;
+        let anyNotWhole = false;
         let lost = 0;
         const cells = panels.map(panelRows => {
             const groups = new Map();
@@ -525,11 +525,11 @@ const metabufferCharts = (() => {
                 if (!values.length) ++lost;
                 const mean = values.length ? values.reduce((sum, value) => sum + value, 0) / values.length : null;
                 const only = group.length === 1 ? group[0] : null;
-                const isRejected = mean !== null && group.some(row => row.rejected);
-                rejected = rejected || isRejected;
+                const notWhole = mean !== null && group.some(row => row.whole === false);
+                anyNotWhole = anyNotWhole || notWhole;
                 const label = mean === null ? "×" : request.colour.percent
                     ? vega.format(".3~%")(mean) : formatNumber(Number.isInteger(mean) ? mean : Number(mean.toPrecision(4)));
-                return {x: group[0].x, y: group[0].y, v: mean, text: label + (isRejected ? "†" : ""), id: only && only.id !== undefined ? only.id : null,
+                return {x: group[0].x, y: group[0].y, v: mean, text: label, notWhole, id: only && only.id !== undefined ? only.id : null,
                         tip: only ? only.tip || null : `${plural(group.length, "point")}: mean ${label}` +
                             (values.length ? `, ${formatNumber(extent(values)[0])} to ${formatNumber(extent(values)[1])}` : "") +
                             (values.length < group.length ? `, ${group.length - values.length} without a value` : "")};
@@ -551,10 +551,11 @@ const metabufferCharts = (() => {
         const withText = roomAcross > longest * 6.6 + 4 && area.mostHeight / Math.max(1, lines.length) > 17;
         const zero = countsBadness ? [{test: "datum.v === 0", value: theme.zero}] : [];
         const labels = {update: {text: {signal: "isNumber(datum.value) ? " + numberLabel + " : datum.value"}}};
+        const cornerSide = "clamp(min(bandwidth('x'), bandwidth('y')) * 0.4, 3, 10)";
         const notes = [];
         if (mostInCell > 1) notes.push(`each field is the mean of up to ${plural(mostInCell, "point")}`);
         if (countsBadness) notes.push("pale: zero");
-        if (rejected) notes.push("†: frames or table rows were rejected, so the picture is not whole");
+        if (anyNotWhole) notes.push("corner: not whole, since pixels starved, or frames or rows were rejected");
         if (lost) notes.push("×: no value");
         return {panels: cells.map(panelCells => ({
             scales: [{name: "x", type: "band", domain: columns, range: area.across, padding: 0.03},
@@ -563,7 +564,7 @@ const metabufferCharts = (() => {
                     labelPadding: 6, encode: {labels}, ...nameLabels(columns, area, besideLegend)},
                    {orient: "left", scale: "y", title: request.y.title || null, domain: false, ticks: false,
                     labelPadding: 6, encode: {labels}}],
-            data: [{name: "fields", values: panelCells}],
+            data: [{name: "fields", values: panelCells}, {name: "notWhole", values: panelCells.filter(cell => cell.notWhole)}],
             marks: [
                 {type: "rect", name: "cells", from: {data: "fields"}, encode: {
                     enter: {x: {scale: "x", field: "x"}, width: {scale: "x", band: 1}, y: {scale: "y", field: "y"},
@@ -572,6 +573,11 @@ const metabufferCharts = (() => {
                                     {scale: "colour", field: "v"}], stroke: {value: "transparent"}, strokeWidth: {value: 2}},
                     hover: {stroke: {value: theme.text}},
                 }},
+                {type: "symbol", name: "corners", from: {data: "notWhole"}, interactive: false, encode: {update: {
+                    shape: {value: "M-1,-1L1,-1L1,1Z"}, size: {signal: `${cornerSide} * ${cornerSide}`},
+                    x: {scale: "x", field: "x", band: 1, offset: {signal: `-${cornerSide} / 2`}},
+                    y: {scale: "y", field: "y", offset: {signal: `${cornerSide} / 2`}},
+                    fill: {value: theme.text}, stroke: {value: theme.background}, strokeWidth: {value: 0.5}}}},
                 ...(withText ? [{type: "text", from: {data: "fields"}, interactive: false, encode: {update: {
                     x: {scale: "x", field: "x", band: 0.5}, y: {scale: "y", field: "y", band: 0.5},
                     align: {value: "center"}, baseline: {value: "middle"}, text: {field: "text"},

@@ -73,10 +73,7 @@
     };
     const hasValues = (field, items) => items.some(item => isThere(field.get(item)));
     const figureOf = (item, name) => figureAt.has(name) ? item.figures[figureAt.get(name)] : null;
-    /// A rejected frame or row starves no pixel, but its pixels are not shown.
-    const isRejected = item => figureOf(item, "rejected_frames") > 0 || figureOf(item, "rejected_rows") > 0 ||
-        figureOf(item, "frames_shown") < figureOf(item, "frames_asked");
-    const isGlitched = item => figureOf(item, "starved_pixels") > 0 || isRejected(item);
+    const isWhole = item => figureOf(item, "whole") !== 0;
     const shownValue = (field, value) => field.percent && isNumber(value) ? vega.format(".1~%")(value) : formatValue(value);
 
     const variedAxes = axisFields.filter(field => isVaried(field, points));
@@ -392,7 +389,7 @@
             return {chart: "heatmap", x: axisTitle(state.x), y: axisTitle(state.y), fields: [state.figure],
                     colour: {title: state.figure.title, percent: state.figure.percent},
                     rows: rowsOf(shownPoints, {x: state.x, y: state.y, c: state.figure,
-                                               more: item => ({rejected: isRejected(item)})})};
+                                               more: item => ({whole: isWhole(item)})})};
         }, 380);
         section("map", "A figure over two axes", "", [
             choice("figure", optionsOf(offeredFigures), state.figure, field => { state.figure = field; chart.refresh(); }),
@@ -413,7 +410,7 @@
         const chart = new Chart("pareto", "Cost against frame rate, with the front of the cheapest", () => ({
             chart: "pareto", x: axisTitle(state.cost), y: axisTitle(rateField), fields: [state.cost, rateField],
             rows: rowsOf(simulations.length ? shownSimulations : shownPoints,
-                         {x: state.cost, y: rateField, more: item => ({glitch: isGlitched(item), label: nameOf(item)})})}), 380);
+                         {x: state.cost, y: rateField, more: item => ({whole: isWhole(item), label: nameOf(item)})})}), 380);
         section("pareto", "Cost against frame rate", simulations.length ? "Every simulation of the searches." : "",
                 costs.length > 1 ? [choice("cost", optionsOf(costs), state.cost, field => {
                     state.cost = field;

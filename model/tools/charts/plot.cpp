@@ -28,8 +28,6 @@ constexpr const char* kFrameRate = "frames_per_second";
 constexpr const char* kFrameCycles = "frame_cycles";
 constexpr const char* kStarved = "starved_pixels";
 constexpr const char* kBufferBits = "buffer_bits";
-/// A rejected frame or row starves no pixel, but its pixels are not shown.
-constexpr const char* kIsRejected = "rejected_frames > 0 or rejected_rows > 0 or frames_shown < frames_asked";
 constexpr const char* kSmallest = "smallest";
 
 /// An axis of the results that has more than one value among the points drawn.
@@ -243,8 +241,7 @@ class RowReader {
         colour_ = add(reader, request.colour, "--colour");
         facet_ = add(reader, request.facet, "--facet");
         label_ = add(reader, request.label, "--label");
-        starved_ = add(reader, kStarved, "");
-        rejected_ = add(reader, kIsRejected, "");
+        whole_ = add(reader, exploration::kWhole, "");
         table_ = reader.results(expressions_, request.condition);
     }
 
@@ -267,9 +264,7 @@ class RowReader {
                 item["f"] = facet;
                 item["label"] = at(row, label_);
                 if (has_panels_by_y) item["axis"] = {{"percent", is_share(request.y[n])}};
-                const bool is_rejected = is_above_zero(at(row, rejected_));
-                item["rejected"] = is_rejected;
-                item["glitch"] = is_rejected || is_above_zero(at(row, starved_));
+                item["whole"] = at(row, whole_) != 0;
                 list.push_back(std::move(item));
             }
         }
@@ -291,7 +286,6 @@ class RowReader {
     static std::string text_of_json(const Json& json) {
         return json.is_string() ? json.get<std::string>() : json.dump();
     }
-    static bool is_above_zero(const Json& number) { return number.is_number() && number.get<double>() > 0.0; }
 
     std::vector<std::string> expressions_;
     Column x_;
@@ -299,8 +293,7 @@ class RowReader {
     Column colour_;
     Column facet_;
     Column label_;
-    Column starved_;
-    Column rejected_;
+    Column whole_;
     ResultsReader::Table table_;
 };
 

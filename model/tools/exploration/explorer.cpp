@@ -79,9 +79,9 @@ class Explorer::Session {
         bool all_invalid = true;
         std::map<std::int64_t, std::int64_t> run_ids;        ///< of a search, by value
         std::map<std::int64_t, std::vector<Value>> figures;  ///< of its runs
-        std::optional<PointRecord> failure;  ///< of a search: a run that says nothing about the goal
-        RunRecord largest;                   ///< of a search: the run with the largest value
-        std::string bounds;                  ///< of a search: which values are not tried, and why
+        std::optional<PointRecord> failure;          ///< of a search: a run that says nothing about the goal
+        std::map<std::int64_t, std::string> misses;  ///< of a search: what the goal misses there, by value
+        std::string bounds;                          ///< of a search: which values are not tried, and why
     };
     using Jobs = std::list<Job>;
 
@@ -114,6 +114,7 @@ class Explorer::Session {
     void ended(std::size_t number, PointRecord record);
     bool meets_goal(const RunRecord& record) const;
     void put_cost(RunRecord& record) const;
+    std::string missed_by(const RunRecord& record) const;
     std::string why_unmet(const Job& job) const;
     void report_progress();
 
@@ -123,6 +124,7 @@ class Explorer::Session {
     ResultsDatabase* results_;
     const ExploreOptions& options_;
     std::optional<Expression> goal_;
+    std::vector<Expression> goal_parts_;  ///< which the goal asks for together
     std::optional<Expression> cost_;
     bool wants_wrong_pixels_ = false;  ///< goal or cost names them
     Clock::time_point started_ = Clock::now();
@@ -161,7 +163,15 @@ Explorer::Session::Session(const Explorer& explorer, ResultsDatabase* results, c
         wants_wrong_pixels_ = uses_wrong_pixels(*cost_);
     }
     if (!plan().search) return;
-    goal_.emplace(plan().search->goal, goal_names(plan().keys, plan().search->key), plan().search->where);
+    const SearchDescription& search = *plan().search;
+    const std::vector<std::string> names = goal_names(plan().keys, search.key);
+    goal_.emplace(search.goal, names, search.where);
+    try {
+        for (const std::string& part : conjuncts(search.goal)) goal_parts_.emplace_back(part, names, "");
+    } catch (const InputError&) {
+        goal_parts_.clear();  // an `and` of `between`: the goal is one part
+        goal_parts_.emplace_back(search.goal, names, "");
+    }
     wants_wrong_pixels_ = wants_wrong_pixels_ || uses_wrong_pixels(*goal_);
 }
 
@@ -426,7 +436,6 @@ void Explorer::Session::take_searched(const Task& task, const RunRecord& record,
     job.run_ids[*task.value] = run;
     job.figures[*task.value] = record.figures;
     job.all_invalid = job.all_invalid && record.status == RunStatus::kInvalid;
-    if (job.run_ids.rbegin()->first == *task.value) job.largest = record;
     if (record.status == RunStatus::kFailed || record.status == RunStatus::kCrashed) {
         // The run says nothing about the goal, so the search fails, too.
         PointRecord failure;
@@ -435,7 +444,9 @@ void Explorer::Session::take_searched(const Task& task, const RunRecord& record,
         failure.run = run;
         job.failure = std::move(failure);
     } else {
-        job.search->take(*task.value, meets_goal(record));
+        const bool meets = meets_goal(record);
+        if (!meets) job.misses[*task.value] = missed_by(record);
+        job.search->take(*task.value, meets);
     }
     if (job.failure || job.search->finished()) {
         if (job.under_way == 0) end_search(task.job);
@@ -443,6 +454,24 @@ void Explorer::Session::take_searched(const Task& task, const RunRecord& record,
         queue_wanted(task.job);
     }
     report_progress();
+}
+
+/// Why a run does not meet the goal: its own reason, or the figures of those parts of the goal that do not hold.
+std::string Explorer::Session::missed_by(const RunRecord& record) const {
+    if (!record.reason.empty()) return record.reason;
+    std::vector<std::string> figures;
+    for (const Expression& part : goal_parts_) {
+        if (part.holds(names_of(record))) continue;
+        for (const std::string& name : part.names()) {
+            const std::optional<std::size_t> figure = figure_index(name);
+            if (!figure || *figure >= record.figures.size()) continue;
+            const std::string missing = name == kWhole ? missing_from_whole(record.figures) : "";
+            figures.push_back(missing.empty() ? name + " " + text_of(record.figures[*figure]) : missing);
+        }
+    }
+    std::string text;
+    for (const std::string& figure : figures) text += (text.empty() ? "" : ", ") + figure;
+    return text;
 }
 
 std::string Explorer::Session::why_unmet(const Job& job) const {
@@ -454,16 +483,7 @@ std::string Explorer::Session::why_unmet(const Job& job) const {
                                                       : "none of " + std::to_string(job.run_ids.size()) +
                                                             " values tried, " + range + ", meets the goal";
     const std::string at = "; " + plan().search->setting_text(largest);
-    if (!job.largest.reason.empty()) return what + at + ": " + job.largest.reason;
-    std::string figures;
-    const std::vector<FigureKind>& kinds = figure_kinds();
-    const std::vector<std::string>& used = goal_->names();
-    for (std::size_t n = 0; n < std::min(kinds.size(), job.largest.figures.size()); ++n) {
-        if (std::find(used.begin(), used.end(), kinds[n].name) == used.end()) continue;
-        figures +=
-            std::string(figures.empty() ? "" : ", ") + kinds[n].name + " " + text_of(job.largest.figures[n]);
-    }
-    return what + at + " gives " + figures;
+    return what + at + ": " + job.misses.at(largest);
 }
 
 PointRecord Explorer::Session::outcome_of(const Job& job) const {
@@ -475,13 +495,13 @@ PointRecord Explorer::Session::outcome_of(const Job& job) const {
         point.run = job.run_ids.at(*smallest);
         point.figures = job.figures.at(*smallest);
         point.monotonic = job.search->monotonic();
-        point.note = job.search->note();
+        point.note = job.search->note([&job](std::int64_t value) { return job.misses.at(value); });
         return point;
     }
     point.run = job.run_ids.rbegin()->second;
     point.figures = job.figures.rbegin()->second;
     point.status = job.all_invalid ? RunStatus::kInvalid : RunStatus::kUnmet;
-    point.reason = job.all_invalid ? job.largest.reason : why_unmet(job);
+    point.reason = job.all_invalid ? job.misses.rbegin()->second : why_unmet(job);
     return point;
 }
 

@@ -3,11 +3,13 @@
 #include <SQLiteCpp/Database.h>
 #include <SQLiteCpp/Exception.h>
 #include <sqlite3.h>
+#include <strings.h>
 
 #include <algorithm>
 #include <array>
 #include <cctype>
 #include <cstddef>
+#include <functional>
 #include <iterator>
 #include <optional>
 #include <string_view>
@@ -331,11 +333,17 @@ std::string sql_expression(const std::string& text, const std::vector<std::strin
     return Scanner(text, names, where, quoted_name).scan();
 }
 
-std::vector<std::string> split_expressions(const std::string& text) {
-    std::vector<std::string> expressions(1);
+namespace {
+
+/// The parts between the separators that lie outside of parentheses and quotes. `separator_at` gives the length of the
+/// separator that begins at an index, 0 if none does.
+std::vector<std::string> split_outside(const std::string& text,
+                                       const std::function<std::size_t(std::size_t)>& separator_at) {
+    std::vector<std::string> parts(1);
     int depth = 0;
     char quote = '\0';
-    for (const char character : text) {
+    for (std::size_t n = 0; n < text.size(); ++n) {
+        const char character = text[n];
         if (quote != '\0') {
             // A doubled quote closes and opens again, which makes no difference here.
             if (character == quote) quote = '\0';
@@ -345,14 +353,51 @@ std::vector<std::string> split_expressions(const std::string& text) {
             ++depth;
         } else if (character == ')') {
             --depth;
-        } else if (character == ',' && depth <= 0) {
-            expressions.emplace_back();
+        } else if (depth <= 0) {
+            if (const std::size_t length = separator_at(n); length > 0) {
+                parts.emplace_back();
+                n += length - 1;
+                continue;
+            }
+        }
+        parts.back() += character;
+    }
+    std::transform(parts.begin(), parts.end(), parts.begin(), trimmed);
+    return parts;
+}
+
+}  // namespace
+
+std::vector<std::string> split_expressions(const std::string& text) {
+    return split_outside(text, [&text](std::size_t n) -> std::size_t { return text[n] == ',' ? 1 : 0; });
+}
+
+std::vector<std::string> conjuncts(const std::string& text) {
+    const auto is_letter = [&text](std::size_t n) {
+        return n < text.size() && (std::isalnum(static_cast<unsigned char>(text[n])) != 0 || text[n] == '_');
+    };
+    const auto split_at = [&](const std::string& word) {
+        return split_outside(text, [&](std::size_t n) -> std::size_t {
+            const bool is_word = (n == 0 || !is_letter(n - 1)) && !is_letter(n + word.size());
+            return is_word && strncasecmp(text.c_str() + n, word.c_str(), word.size()) == 0 ? word.size() : 0;
+        });
+    };
+    if (split_at("or").size() > 1) return {text};
+    std::vector<std::string> parts;
+    for (const std::string& part : split_at("and")) {
+        // Within an outer pair of parentheses nothing divides, so all of it is one part.
+        const std::size_t end = part.size() - 1;
+        const bool is_enclosed =
+            part.size() > 2 && part.front() == '(' && part.back() == ')' &&
+            split_outside(part, [end](std::size_t n) { return std::size_t{n > 0 && n < end}; }).size() == 1;
+        if (!is_enclosed) {
+            parts.push_back(part);
             continue;
         }
-        expressions.back() += character;
+        for (std::string& inner : conjuncts(part.substr(1, part.size() - 2)))
+            parts.push_back(std::move(inner));
     }
-    std::transform(expressions.begin(), expressions.end(), expressions.begin(), trimmed);
-    return expressions;
+    return parts;
 }
 
 std::string quoted_name(const std::string& name) { return text::literal(name, '"'); }

@@ -45,6 +45,9 @@ std::string sql_expression(const std::string& text, const std::vector<std::strin
 /// The expressions of a list with commas in between, unchecked. Commas in parentheses and quotes do not divide.
 std::vector<std::string> split_expressions(const std::string& text);
 
+/// The parts of a condition that `and` joins, unchecked: `between 1 and 2` is divided as well.
+std::vector<std::string> conjuncts(const std::string& text);
+
 /// The name in double quotes, so that SQL accepts it with any characters.
 std::string quoted_name(const std::string& name);
 

@@ -79,6 +79,13 @@ Value demand_pixels_per_cycle(const Sums& sums) {
     return ratio(most, sums.report.composition_cycles());
 }
 
+/// 1 or 0: SQL has no other truth.
+Value whole(const Sums& s) {
+    const bool is_whole = s.composer.starved_pixels == 0 && s.renderer.total_rejected() == 0 &&
+                          s.report.frames_shown() >= static_cast<std::int64_t>(s.scenario.frames);
+    return std::int64_t{is_whole};
+}
+
 /// A figure and how to compute it.
 struct Figure {
     FigureKind kind;
@@ -181,6 +188,10 @@ std::vector<Figure> make_figures() {
           }},
          {{"bus_load", "", "clocks that the worst or busiest bus works over those of the raster"},
           [](const Sums& s) { return s.bottleneck ? Value(s.bottleneck->bus_load) : Value(); }}});
+    add_figures(figures, {{{kWhole, "",
+                            "1 if every frame was shown, no pixel starved, and no frame, table row or slot "
+                            "table was rejected; else 0"},
+                           whole}});
     add_figures(figures, {{{kWrongPixels, "pixels",
                             "pixels shown that differ from those of a machine in which nothing starves; if "
                             "pixels starved, only of runs "
@@ -249,6 +260,26 @@ std::optional<std::size_t> figure_index(const std::string& name) {
                                     [&name](const FigureKind& kind) { return name == kind.name; });
     if (found == kinds.end()) return std::nullopt;
     return static_cast<std::size_t>(found - kinds.begin());
+}
+
+std::string missing_from_whole(const std::vector<Value>& figures) {
+    const auto count = [&figures](const char* name) {
+        const std::size_t index = figure_index(name).value();
+        const auto* const number =
+            index < figures.size() ? std::get_if<std::int64_t>(&figures[index]) : nullptr;
+        return number == nullptr ? std::int64_t{0} : *number;
+    };
+    std::string text;
+    const auto add = [&text](const std::string& part) { text += (text.empty() ? "" : ", ") + part; };
+    for (const char* const name :
+         {"starved_pixels", "rejected_frames", "rejected_rows", "rejected_slot_tables"}) {
+        if (count(name) > 0) add(std::string(name) + " " + std::to_string(count(name)));
+    }
+    if (count("frames_shown") < count("frames_asked")) {
+        add("frames_shown " + std::to_string(count("frames_shown")) + " of " +
+            std::to_string(count("frames_asked")));
+    }
+    return text;
 }
 
 std::vector<Value> figures_of(const RunReport& report, const Scenario& scenario) {

@@ -20,6 +20,8 @@ struct FigureKind {
 
 /// The machine's cost in one number. A sweep may define it in another way.
 constexpr const char* kCost = "cost";
+/// Whether the pictures show all that renderers had to send: what an architect wants of a machine.
+constexpr const char* kWhole = "whole";
 /// The only figure for which a run has to make pictures.
 constexpr const char* kWrongPixels = "wrong_pixels";
 /// Above 0 in points whose buses are wider than memory fills: a narrower bus does the same.
@@ -28,6 +30,9 @@ constexpr const char* kIdleBusBits = "idle_bus_bits";
 /// Every figure, in the order of the results' columns: what a run is asked for and its rates, the totals of every
 /// counter (report/counters.h), and the cost of the machine.
 const std::vector<FigureKind>& figure_kinds();
+
+/// What keeps a run's pictures from being whole: "starved_pixels 7, rejected_rows 1". Empty if nothing does.
+std::string missing_from_whole(const std::vector<Value>& figures);
 
 /// The index of the figure of that name in that order; empty if there is no such figure.
 std::optional<std::size_t> figure_index(const std::string& name);

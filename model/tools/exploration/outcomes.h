@@ -24,6 +24,9 @@ class Outcomes {
     const std::map<std::string, std::size_t>& bottlenecks() const { return bottlenecks_; }
     /// Points whose buses are wider than memory fills.
     std::size_t with_idle_bus_bits() const { return with_idle_bus_bits_; }
+    /// Points whose pictures are whole, of those that have figures.
+    std::size_t whole() const { return whole_; }
+    std::size_t with_figures() const { return with_figures_; }
     /// The first points that did not end well, by their number in the plan.
     const std::map<std::size_t, PointRecord>& failures() const { return failures_; }
     std::size_t failed() const { return failed_; }
@@ -37,6 +40,8 @@ class Outcomes {
     std::size_t failed_ = 0;
     std::size_t not_monotonic_ = 0;
     std::size_t with_idle_bus_bits_ = 0;
+    std::size_t with_figures_ = 0;
+    std::size_t whole_ = 0;
 };
 
 }  // namespace metabuffer::exploration

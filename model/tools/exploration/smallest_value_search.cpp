@@ -216,7 +216,7 @@ bool SmallestValueSearch::exhaustive() const {
     return below == all;
 }
 
-std::string SmallestValueSearch::note() const {
+std::string SmallestValueSearch::note(const std::function<std::string(std::int64_t value)>& missed) const {
     if (monotonic()) return {};
     const Index first = *first_that_meets();
     std::vector<std::int64_t> misses;
@@ -228,6 +228,9 @@ std::string SmallestValueSearch::note() const {
     }
     std::string text = "not monotonic: " + description_.text_of(value_at(first)) + " meets the goal, " +
                        listed(misses, description_) + (misses.size() == 1 ? " does not" : " do not");
+    if (const std::string what = missed(misses.front()); !what.empty()) {
+        text += " (" + (misses.size() == 1 ? "" : description_.text_of(misses.front()) + ": ") + what + ")";
+    }
     const auto settled = seen_.upper_bound(last_miss);
     return settled == seen_.end() ? text + ", nor does any larger value that was tried"
                                   : text + "; from " + description_.text_of(value_at(settled->first)) +

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <optional>
 #include <set>
@@ -46,8 +47,8 @@ class SmallestValueSearch {
     bool monotonic() const;
     /// Whether all values below the smallest were tried; if no value meets the goal, all of the range.
     bool exhaustive() const;
-    /// If it is not monotonic: the values that show this.
-    std::string note() const;
+    /// If it is not monotonic: the values that show this, and what the first of them misses, which the function says.
+    std::string note(const std::function<std::string(std::int64_t value)>& missed) const;
 
   private:
     enum class Step : std::uint8_t { kDouble, kCheckGaps, kHalve, kCheck, kHalveBelow, kFinished };

@@ -321,10 +321,7 @@ std::string canonical_text(const std::vector<Setting>& settings) {
     }
 }
 
-std::string default_goal() {
-    return "starved_pixels = 0 and stalled_cycles = 0 and rejected_rows = 0 and rejected_frames = 0 and "
-           "rejected_slot_tables = 0";
-}
+std::string default_goal() { return std::string(kWhole) + " and stalled_cycles = 0"; }
 
 std::vector<std::string> cost_names(const std::vector<std::string>& axis_keys,
                                     const std::string& search_key) {

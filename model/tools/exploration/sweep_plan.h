@@ -60,7 +60,7 @@ SearchDescription describe_search(const std::string& key, std::optional<double> 
                                   std::optional<double> to, const std::string& where,
                                   std::optional<double> step = std::nullopt);
 
-/// The goal if none is given: nothing starved, stalled or rejected.
+/// The goal if none is given: the pictures are whole, and no column stalls.
 std::string default_goal();
 
 /// What a goal may name: the figures, and the settings that a run has.

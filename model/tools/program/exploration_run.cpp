@@ -266,6 +266,10 @@ void print_outcomes(const Exploration& exploration) {
         std::cout << "  of " << outcomes.not_monotonic()
                   << " points the goal is not monotonic: see column note\n";
     }
+    if (outcomes.with_figures() > 0) {
+        std::cout << "  whole pictures: " << outcomes.whole() << " of "
+                  << text::counted(static_cast<std::int64_t>(outcomes.with_figures()), "run") << '\n';
+    }
     print_bottlenecks(exploration);
     print_idle_buses(exploration);
     for (const auto& [number, point] : outcomes.failures()) {

@@ -95,11 +95,13 @@ TEST_CASE("Every chart has a mark for every point that has a value", "[charts]")
     const std::string map = plot_svg({file}, request_of(ChartKind::kHeatmap));
     CHECK(marks(map, "rect", "cells") == 4);
     CHECK_THAT(map, Contains(">700</text>"));
+    CHECK(marks(map, "symbol", "corners") == 2);  // the two that starve
 
     const std::string front = plot_svg({file}, request_of(ChartKind::kPareto));
     CHECK(marks(front, "symbol", "points") == 3);
     CHECK(marks(front, "line", "front") == 1);
-    CHECK_THAT(front, Contains(">no glitch</text>") && Contains(">starved or rejected</text>"));
+    CHECK_THAT(front,
+               Contains(">whole pictures</text>") && Contains(">not whole: starved or rejected</text>"));
 
     const std::string policy = plot_svg({file}, request_of(ChartKind::kPolicy));
     CHECK(marks(policy, "rect", "bars") == 4);  // two policies by two figures
@@ -193,6 +195,24 @@ TEST_CASE("A heat map shows whole numbers to the last digit", "[charts]") {
     request.colour = "core_cycles";
     const std::string svg = plot_svg({file}, request);
     CHECK_THAT(svg, Contains(">37,792</text>") && Contains(">56,521,604</text>"));
+}
+
+TEST_CASE("A heat map marks what is not whole, however small its fields are", "[charts]") {
+    const ScratchDirectory scratch;
+    std::vector<exploration::RunRecord> runs;
+    for (int pixels = 1; pixels <= 120; ++pixels) {
+        runs.push_back(
+            done_run({{"composer.buffer_pixels", std::to_string(pixels)}, {"bus.burst_pixels", "8"}},
+                     {{"rejected_rows", std::int64_t{pixels <= 3}}}));
+    }
+    PlotRequest request = request_of(ChartKind::kHeatmap);
+    request.x = "composer.buffer_pixels";
+    request.y = {"bus.burst_pixels"};
+    request.width_pixels = 300;
+    const std::string svg =
+        plot_svg({write_results(scratch, {"composer.buffer_pixels", "bus.burst_pixels"}, runs)}, request);
+    CHECK(marks(svg, "symbol", "corners") == 3);
+    CHECK_THAT(svg, Contains("corner: not whole"));
 }
 
 TEST_CASE("What cannot be drawn, and an option without use, is reported", "[charts]") {

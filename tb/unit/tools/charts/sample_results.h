@@ -26,9 +26,13 @@ inline std::vector<exploration::Value> figures(const Figures& known) {
 
 /// A run that came to its end, nothing starved or rejected unless `known` says so.
 inline exploration::RunRecord done_run(std::vector<exploration::Setting> settings, Figures known) {
+    bool is_whole = true;
     for (const char* name : {"starved_pixels", "rejected_frames", "rejected_rows"}) {
-        known.emplace(name, std::int64_t{0});
+        is_whole =
+            known.emplace(name, std::int64_t{0}).first->second == exploration::Value(std::int64_t{0}) &&
+            is_whole;
     }
+    known.emplace(exploration::kWhole, std::int64_t{is_whole});
     exploration::RunRecord run;
     run.settings = std::move(settings);
     run.figures = figures(known);

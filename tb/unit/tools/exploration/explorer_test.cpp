@@ -84,6 +84,7 @@ Simulation simulation_of(const Scenario& scenario, std::int64_t core_cycles) {
     simulation.report.renderers.resize(1);
     simulation.report.composers.resize(1);
     simulation.report.displays.resize(1);
+    simulation.report.displays[0].frames_shown = scenario.frames;
     return simulation;
 }
 
@@ -270,8 +271,11 @@ TEST_CASE("explorer: a search finds the smallest value and keeps every simulatio
     CHECK(exploration.points[0].monotonic == true);
     CHECK(exploration.points[3].status == RunStatus::kUnmet);
     CHECK(exploration.points[3].reason.find("none of ") == 0);
-    CHECK(exploration.points[3].reason.find("values tried, 1 to 60000, meets the goal") != std::string::npos);
-    CHECK(exploration.points[3].reason.find("starved_pixels 7") != std::string::npos);
+    CHECK(exploration.points[3].reason.find("values tried, 1 to 60000, meets the goal; ") !=
+          std::string::npos);
+    CHECK(exploration.points[3].reason.find("composer.buffer_pixels=60000: starved_pixels 7") !=
+          std::string::npos);
+    CHECK(exploration.points[3].reason.find("stalled_cycles") == std::string::npos);  // that part holds
     std::size_t runs = 0;
     for (const PointRecord& point : exploration.points) runs += static_cast<std::size_t>(point.runs);
     CHECK(runs == exploration.progress.runs);
@@ -519,5 +523,5 @@ TEST_CASE("explorer: a search over negative values that none meets ends as unmet
     REQUIRE(points.size() == 1);
     CHECK(points[0].status == RunStatus::kUnmet);
     CHECK(points[0].reason.find(
-              "no value of -9 to -3 meets the goal; renderers.0.frames.0.viewport.x=-3 gives") == 0);
+              "no value of -9 to -3 meets the goal; renderers.0.frames.0.viewport.x=-3: ") == 0);
 }

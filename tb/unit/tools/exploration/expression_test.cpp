@@ -195,6 +195,11 @@ TEST_CASE("expression: SQL for columns has the names in quotes, and a list is sp
     CHECK(split_expressions("a,,") == std::vector<std::string>{"a", "", ""});
     CHECK(split_expressions("'it''s, ' || a, b") == std::vector<std::string>{"'it''s, ' || a", "b"});
     CHECK(split_expressions("").size() == 1);
+    using Parts = std::vector<std::string>;
+    CHECK(conjuncts("whole") == Parts{"whole"});
+    CHECK(conjuncts("(a AND (b or c and d and e)) and sand > 'x and y'") ==
+          Parts{"a", "b or c and d and e", "sand > 'x and y'"});
+    CHECK(conjuncts("(a) or (b and c)") == Parts{"(a) or (b and c)"});
 }
 
 namespace {

@@ -152,6 +152,7 @@ TEST_CASE("figures: those that are not in the report are what their meaning says
     CHECK(whole("latency_cycles") == 70);
     CHECK(whole("rejected_frames") == 10);
     CHECK(whole("rejected_rows") == 11);
+    CHECK(whole("whole") == 0);
     CHECK(number("pixels_per_cycle") == Approx(2800.0 / (101 + 4 + 6 + 34 + 38 + 46 + 10)));
     CHECK(number("demand_pixels_per_cycle") == Approx(2000.0 / 4000.0));
     CHECK(whole("lost_tables") == 60 + 61 + 62 + 63 + 64 + 65);
@@ -168,6 +169,34 @@ TEST_CASE("figures: those that are not in the report are what their meaning says
     CHECK(number("composer_mhz") == Approx(machine_cost(scenario).composer_mhz));
     // Two renderers of 128-bit buses, each with the pins beside the data, to composers of three displays.
     CHECK(whole("bus_wires") == 2 * (128 + 103 + 3 * 2));
+}
+
+TEST_CASE("figures: a run is whole unless pixels starve, frames are not shown, or something is rejected") {
+    struct Row {
+        std::function<void(RunReport&)> change;
+        std::string missing;
+    };
+    const std::vector<Row> rows{
+        {[](RunReport&) {}, ""},
+        {[](RunReport& r) { r.displays[1].stalled_cycles = 3; }, ""},
+        {[](RunReport& r) { r.composers[1].starved_pixels = 7; }, "starved_pixels 7"},
+        {[](RunReport& r) { r.renderers[0].rejected_frames[1] = 2; }, "rejected_frames 2"},
+        {[](RunReport& r) { r.renderers[1].rejected_rows[0] = 3; }, "rejected_rows 3"},
+        {[](RunReport& r) { r.renderers[1].rejected_slot_tables = 1; }, "rejected_slot_tables 1"},
+        {[](RunReport& r) { r.displays[1].frames_shown = 4; }, "frames_shown 4 of 5"},
+    };
+    for (const Row& row : rows) {
+        RunReport report;
+        report.renderers.resize(2);
+        report.composers.resize(2);
+        report.displays.resize(2);
+        for (auto& display : report.displays) display.frames_shown = 5;
+        row.change(report);
+        CAPTURE(row.missing);
+        const std::vector<Value> values = figures_of(report, small_machine());
+        CHECK(values.at(figure_index("whole").value()) == Value(std::int64_t{row.missing.empty()}));
+        CHECK(missing_from_whole(values) == row.missing);
+    }
 }
 
 TEST_CASE("figures: without frames there are no rates and no latency, and a latency of some is the longest") {
