@@ -460,6 +460,86 @@ TEST_CASE("size: what arithmetic shows is not run, and stalling columns are repo
     CHECK(mhz * 2 == std::floor(mhz * 2));
 }
 
+/// A page miss of one clock more is enough to make the cheapest answer of case-4 with a bus of 64 bits starve.
+TEST_CASE("size: an answer with a margin holds at every move, and no smaller one does", "[program][size]") {
+    const Workplace work;
+    const std::string scenario = std::string(METABUFFER_SOURCE_DIRECTORY) + "/scenarios/case-4.yaml";
+    const auto starves = [&](int buffer_pixels, const std::string& move) {
+        const ProgramResult run = run_program(
+            work, {"run", scenario, "--no-images", "--strict", "--quiet", "--set", "bus.width_bits=64",
+                   "--set", "composer.buffer_pixels=" + std::to_string(buffer_pixels), "--set", move});
+        INFO(run.err);
+        CHECK((run.status == kExitDone || run.status == kExitStrict));
+        return run.status == kExitStrict;
+    };
+    const auto answer = [&](const std::vector<std::string>& options, const std::string& begin) {
+        const ProgramResult result = run_program(
+            work, std::vector<std::string>{"size", scenario, "--minimize", "composer.buffer_pixels", "--over",
+                                           "bus.width_bits=64"} +
+                      options);
+        INFO(result.out << result.err);
+        CHECK(result.status == kExitDone);
+        const std::vector<std::string> lines = lines_of(result.out);
+        const auto table = std::find_if(lines.begin(), lines.end(), [&begin](const std::string& line) {
+            return line.rfind(begin, 0) == 0;
+        });
+        REQUIRE(lines.end() - table > 2);
+        std::istringstream words(table[2]);
+        int width = 0;
+        int pixels = 0;
+        double cost = 0.0;
+        int steps = -1;
+        words >> width >> pixels >> cost >> steps;
+        return std::tuple(pixels, steps, table[2]);
+    };
+    const auto [edge, edge_steps, edge_line] = answer({}, "margin, in ");
+    CHECK(edge_steps == 0);
+    CHECK_THAT(edge_line, Contains("page_miss_cycles 6 to 7: starved_pixels "));
+    CHECK_FALSE(starves(edge, "memory.page_miss_cycles=6"));
+    CHECK(starves(edge, "memory.page_miss_cycles=7"));
+
+    const auto [safe, safe_steps, safe_line] = answer({"--margin", "2", "--quiet"}, "margin, in ");
+    CHECK(safe_steps == 2);
+    for (const char* const move :
+         {"memory.page_miss_cycles=7", "memory.page_miss_cycles=8", "clocks.core_mhz=99.9",
+          "clocks.core_mhz=100.1", "clocks.core_mhz=99", "clocks.core_mhz=101", "clocks.dvi_in_mhz=99.9",
+          "clocks.dvi_in_mhz=100.1", "clocks.dvi_in_mhz=99", "clocks.dvi_in_mhz=101", "clocks.dvi_out_mhz=99",
+          "clocks.dvi_out_mhz=101"}) {
+        CAPTURE(move);
+        CHECK_FALSE(starves(safe, move));
+    }
+    CHECK(starves(safe - 1, "memory.page_miss_cycles=8"));
+    CHECK(safe_line != edge_line);
+}
+
+TEST_CASE("size: the front of two keys is kept, a row for each corner", "[program][size]") {
+    const Workplace work;
+    const std::string scenario = std::string(METABUFFER_SOURCE_DIRECTORY) + "/scenarios/case-4.yaml";
+    const ProgramResult result =
+        run_program(work, {"size", scenario, "--minimize", "bus.width_bits=32..128", "--minimize",
+                           "composer.buffer_pixels", "--quiet", "-o", "front.db"});
+    INFO(result.out << result.err);
+    REQUIRE(result.status == kExitDone);
+    std::string printed;
+    const std::vector<std::string> lines = lines_of(result.out);
+    for (std::size_t n = 1; n < lines.size(); ++n) {
+        std::istringstream words(lines[n]);
+        std::string width;
+        std::string pixels;
+        words >> width >> pixels;
+        printed += width + " " + pixels + ";";
+    }
+    std::string kept;
+    for (const auto& row : ResultsReader(work / "front.db")
+                               .results({"bus.width_bits", "composer.buffer_pixels", "whole"}, "")
+                               .rows) {
+        kept += text_of(row[0]) + " " + text_of(row[1]) + ";";
+        CHECK(text_of(row[2]) == "1");
+    }
+    CHECK(kept == printed);
+    CHECK(lines.size() > 2);
+}
+
 /// The displays limit the rate, whatever the machine could do. The first frame does not wait for them, so two frames
 /// can follow each other sooner than displays are refreshed.
 TEST_CASE("size: a frame rate is met up to the displays' own and never beyond it", "[program][size]") {
@@ -486,7 +566,9 @@ TEST_CASE("size: wrong arguments are reported in a line and leave nothing", "[pr
          {"composer.buffer_pixels=1.5..9", {"1.5 is not a whole number"}},
          {"clocks.core_mhz=60,70", {"use FROM..TO+STEP"}},
          {"composer.buffer_pixels --minimize composer.buffer_pixels", {"is given twice"}},
-         {"composer.buffer_pixels --minimize bus.width_bits -o front.db", {"-o: the front of two keys"}},
+         {"composer.buffer_pixels --minimize bus.width_bits -o scenario.yaml",
+          {"-o scenario.yaml: is there already"}},
+         {"composer.buffer_pixels --margin 4", {"--margin"}},
          {"bus.width_bits --minimize bus.burst_pixels --minimize frames", {"3 keys"}},
          {"bus.arbitration", {"does not hold a number"}},
          {"composer.buffer_pixels --over bus.width_bits", {"has no values"}},

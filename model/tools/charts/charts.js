@@ -525,7 +525,7 @@ const metabufferCharts = (() => {
                 if (!values.length) ++lost;
                 const mean = values.length ? values.reduce((sum, value) => sum + value, 0) / values.length : null;
                 const only = group.length === 1 ? group[0] : null;
-                const notWhole = mean !== null && group.some(row => row.whole === false);
+                const notWhole = group.some(row => row.whole === false);
                 anyNotWhole = anyNotWhole || notWhole;
                 const label = mean === null ? "×" : request.colour.percent
                     ? vega.format(".3~%")(mean) : formatNumber(Number.isInteger(mean) ? mean : Number(mean.toPrecision(4)));

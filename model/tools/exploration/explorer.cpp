@@ -478,12 +478,13 @@ std::string Explorer::Session::why_unmet(const Job& job) const {
     const std::int64_t lowest = job.run_ids.begin()->first;
     const std::int64_t largest = job.run_ids.rbegin()->first;
     const SearchDescription& search = *plan().search;
+    const std::string missed = plan().search->setting_text(largest) + ": " + job.misses.at(largest);
+    if (job.search->exhaustive() && lowest == largest) return missed;
     const std::string range = search.text_of(lowest) + " to " + search.text_of(largest);
     const std::string what = job.search->exhaustive() ? "no value of " + range + " meets the goal"
                                                       : "none of " + std::to_string(job.run_ids.size()) +
                                                             " values tried, " + range + ", meets the goal";
-    const std::string at = "; " + plan().search->setting_text(largest);
-    return what + at + ": " + job.misses.at(largest);
+    return what + "; " + missed;
 }
 
 PointRecord Explorer::Session::outcome_of(const Job& job) const {

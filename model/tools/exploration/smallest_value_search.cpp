@@ -55,10 +55,13 @@ std::string narrow(SearchDescription& search, const KnownAnswer& known) {
         search.from = *known.least;
         why.push_back("less than " + search.text_of(search.from) + " is too little");
     }
-    if (known.enough && *known.enough < search.to && *known.enough >= search.from) {
-        search.to = *known.enough;
-        why.push_back("more than " + search.text_of(search.to) + " is never needed");
-    }
+    const auto end_at = [&](const std::optional<std::int64_t>& end, const std::string& reason) {
+        if (!end || *end >= search.to || *end < search.from) return;
+        search.to = *end;
+        why.push_back("more than " + search.text_of(search.to) + reason);
+    };
+    end_at(known.enough, " is never needed");
+    end_at(known.most, " changes nothing");
     return text::joined(why, "and");
 }
 

@@ -15,12 +15,13 @@ namespace metabuffer::exploration {
 /// What is known of a search's point before anything is run.
 struct KnownAnswer {
     std::optional<std::int64_t> least;   ///< a smaller value cannot meet the goal
-    std::optional<std::int64_t> enough;  ///< this value is sure to meet it, or no larger one can
+    std::optional<std::int64_t> enough;  ///< this value is sure to meet it
+    std::optional<std::int64_t> most;    ///< a larger value makes no difference
     std::string hopeless;                ///< why no value can meet it; empty: one may
 };
 
-/// Limits a search: no values below the least that can meet the goal, none above the least known to be enough. Returns
-/// what was left out and why; empty if nothing was.
+/// Limits a search: no values below the least that can meet the goal, none above what is enough or makes a difference.
+/// Returns what was left out and why; empty if nothing was.
 std::string narrow(SearchDescription& search, const KnownAnswer& known);
 
 /// Searches for the smallest value of a key that meets a goal, without trying them all. Values are whole numbers: those

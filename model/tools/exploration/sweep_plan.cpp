@@ -346,6 +346,10 @@ double SearchDescription::number_of(std::int64_t candidate) const {
                       : static_cast<double>(candidate);
 }
 
+std::int64_t SearchDescription::candidate_of(double number) const {
+    return std::llround(step > 0.0 ? number / step : number);
+}
+
 std::string SearchDescription::text_of(std::int64_t candidate) const {
     return step > 0.0 ? text::number(number_of(candidate)) : std::to_string(candidate);
 }

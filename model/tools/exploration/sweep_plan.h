@@ -45,6 +45,7 @@ struct SearchDescription {
     /// The key's value for a candidate, as a number or as a text.
     double number_of(std::int64_t candidate) const;
     std::string text_of(std::int64_t candidate) const;
+    std::int64_t candidate_of(double number) const;
     /// "composer.buffer_pixels=64".
     std::string setting_text(std::int64_t candidate) const { return key + "=" + text_of(candidate); }
 };

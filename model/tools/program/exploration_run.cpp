@@ -232,15 +232,16 @@ std::string figure_text(const PointRecord& point, const std::string& figure, int
 void print_smallest(const exploration::SweepPlan& plan, const Exploration& exploration) {
     const std::size_t keys = plan.keys.size();
     // The settings, the value and its runs are aligned to the right, the bottleneck and the remark to the left.
-    TextTable table({keys + 2, keys + 3});
+    TextTable table({keys + 3, keys + 4});
     std::vector<std::string> heading = plan.keys;
-    heading.insert(heading.end(), {"smallest " + plan.search->key, "runs", "bottleneck", ""});
+    heading.insert(heading.end(), {"smallest " + plan.search->key, "runs", "cost", "bottleneck", ""});
     table.add(heading);
     for (const PointRecord& point : exploration.points) {
         std::vector<std::string> cells;
         for (const Setting& setting : point.settings) cells.push_back(setting.value);
         cells.push_back(point.smallest ? text::number(*point.smallest) : to_string(point.status));
         cells.push_back(std::to_string(point.runs));
+        cells.push_back(point.smallest ? figure_text(point, "cost", 0) : "");
         cells.push_back(bottleneck(point));
         cells.push_back(remark(point));
         table.add(std::move(cells));

@@ -11,6 +11,7 @@
 #include "host/text.h"
 #include "report/report.h"
 #include "report/text_table.h"
+#include "tools/exploration/figures.h"
 #include "tools/program/number_option.h"
 #include "tools/program/option_ranges.h"
 
@@ -135,6 +136,17 @@ std::set<std::vector<std::string>> gaps_of(const std::vector<Corner>& corners,
     return gaps;
 }
 
+/// The goal of the rate that was asked for, or else of the answer's own.
+std::string same_rate(const exploration::PointRecord& answer, std::optional<double> asked_hz) {
+    const std::string own = figure_text(answer, "frames_per_second", 6);
+    if (!asked_hz && own.empty()) {
+        return "frame_cycles <= " + text::number(1.0 + kRateTolerance) + " * " +
+               figure_text(answer, "frame_cycles", 3);
+    }
+    return "frames_per_second >= " + text::number(1.0 - kRateTolerance) + " * " +
+           (asked_hz ? text::number(*asked_hz) : own);
+}
+
 void print_front(const std::vector<std::string>& over_keys, const std::string& first,
                  const std::string& second, const std::vector<Corner>& corners) {
     TextTable table({over_keys.size() + 5});
@@ -188,16 +200,24 @@ SizeCommand::SizeCommand(CLI::App& program)
                     "Further values to try, to see whether the goal is monotonic")
         ->check(CLI::Range(kChecks.low, kChecks.high))
         ->capture_default_str();
-    command().add_option("-o,--out", results_file_, "Keep the results in this SQLite file, as sweep does");
+    command()
+        .add_option(
+            "--margin", margin_steps_,
+            "Raise each answer until any time or clock of the machine may move so many steps: 1, 2 or 3; "
+            "and name the cheapest machine")
+        ->check(CLI::Range(1, exploration::kMarginSteps));
+    command().add_option(
+        "-o,--out", results_file_,
+        "Keep the results in this SQLite file, as sweep does; of two keys those of the front");
     add_options(command(), processes_);
     command().add_flag("--quiet", quiet_, "Print the table alone");
     command().footer(kSizeFooter);
 }
 
-exploration::Exploration SizeCommand::run(const exploration::SweepPlan& plan,
+exploration::Exploration SizeCommand::run(const exploration::SweepPlan& plan, const SizeRequest& request,
                                           const std::optional<std::filesystem::path>& results) const {
-    return run_exploration(plan, results, processes_, quiet_, true, [this, &plan](const Scenario& scenario) {
-        return known_answer(request_, scenario, *plan.search);
+    return run_exploration(plan, results, processes_, quiet_, true, [&](const Scenario& scenario) {
+        return known_answer(request, scenario, *plan.search);
     });
 }
 
@@ -208,11 +228,11 @@ bool SizeCommand::print_stalling(const exploration::SweepDescription& asked,
                                  std::size_t& simulations) const {
     constexpr std::size_t kMostPoints = 16;
     if (asked.search->key != kBufferKey || !request_.goal.empty()) return false;
-    TextTable table({asked.axes.size() + 4});
+    TextTable table({asked.axes.size() + 5});
     std::vector<std::string> heading;
     for (const Axis& axis : asked.axes) heading.push_back(axis.keys.front());
     heading.insert(heading.end(),
-                   {"smallest " + asked.search->key, "runs", "frames/s", "stalled clocks", ""});
+                   {"smallest " + asked.search->key, "runs", "cost", "frames/s", "stalled clocks", ""});
     table.add(heading);
     std::size_t lines = 0;
     std::size_t left_out = 0;
@@ -234,15 +254,9 @@ bool SizeCommand::print_stalling(const exploration::SweepDescription& asked,
         for (const exploration::Setting& setting : point.settings)
             stalling.fixed.push_back({setting.key, setting.value});
         stalling.fixed.push_back({"composer.on_starvation", "stall"});
-        const std::string rate = figure_text(point, "frames_per_second", 6);
-        const std::string cycles = figure_text(point, "frame_cycles", 3);
-        search.goal =
-            "starved_pixels = 0 and rejected_rows = 0 and rejected_frames = 0 and rejected_slot_tables = 0 "
-            "and " +
-            (rate.empty() ? "frame_cycles <= " + text::number(1.0 + kRateTolerance) + " * " + cycles
-                          : "frames_per_second >= " + text::number(1.0 - kRateTolerance) + " * " + rate);
+        search.goal = std::string(exploration::kWhole) + " and " + same_rate(point, request_.frame_rate_hz);
         const exploration::SweepPlan plan = make_plan(stalling);
-        const exploration::Exploration found = run(plan, std::nullopt);
+        const exploration::Exploration found = run(plan, request_, std::nullopt);
         simulations += found.progress.runs;
         if (found.stopped || found.points.empty()) {
             stopped = true;
@@ -253,6 +267,7 @@ bool SizeCommand::print_stalling(const exploration::SweepDescription& asked,
         for (const exploration::Setting& setting : point.settings) cells.push_back(setting.value);
         cells.push_back(answer.smallest ? text::number(*answer.smallest) : to_string(answer.status));
         cells.push_back(std::to_string(answer.runs));
+        cells.push_back(figure_text(answer, "cost", 0));
         cells.push_back(figure_text(answer, "frames_per_second"));
         cells.push_back(figure_text(answer, "stalled_cycles"));
         cells.emplace_back(answer.smallest ? answer.note : answer.reason);
@@ -267,36 +282,81 @@ bool SizeCommand::print_stalling(const exploration::SweepDescription& asked,
     return stopped;
 }
 
+/// Prints the margins of answers. Returns false if it was stopped.
+bool SizeCommand::try_margins(const exploration::SweepDescription& asked,
+                              const std::vector<SizedMachine>& machines) const {
+    if ((quiet_ && margin_steps_ == 0) || asked.scenario.empty()) return true;
+    MarginRequest margins;
+    for (const Axis& axis : asked.axes) margins.keys.push_back(axis.keys.front());
+    margins.steps = margin_steps_;
+    const auto request_at = [this](int step) {
+        SizeRequest slower = request_;
+        if (slower.frame_rate_hz) *slower.frame_rate_hz *= 1.0 - exploration::clock_share(step);
+        return slower;
+    };
+    margins.judge.goal = [request_at](int step) { return describe_size(request_at(step)).search->goal; };
+    margins.judge.run = [this, request_at](const exploration::SweepPlan& plan, int step) {
+        return run(plan, request_at(step), std::nullopt);
+    };
+    const bool stopped = print_margins(machines, margins);
+    if (stopped) std::cerr << "stopped while margins were tried\n";
+    return !stopped;
+}
+
+/// The machine of each answer, with the settings of its point.
+std::vector<SizedMachine> machines_of(const exploration::SweepDescription& asked,
+                                      const std::vector<exploration::PointRecord>& points) {
+    std::vector<SizedMachine> machines;
+    for (const exploration::PointRecord& point : points) {
+        if (!point.smallest) continue;
+        SizedMachine machine;
+        machine.search = asked;
+        machine.search.axes.clear();
+        for (const exploration::Setting& setting : point.settings) {
+            machine.settings.push_back(setting.value);
+            machine.search.fixed.push_back({setting.key, setting.value});
+        }
+        machine.answer = asked.search->candidate_of(*point.smallest);
+        machines.push_back(std::move(machine));
+    }
+    return machines;
+}
+
 ExitStatus SizeCommand::size_one() {
     const exploration::SweepDescription asked = describe_size(request_);
     const exploration::SweepPlan plan = make_plan(asked);
     check_frames(request_, plan);
     const exploration::Exploration exploration =
-        run(plan, results_file_.empty() ? std::nullopt : std::optional<std::filesystem::path>(results_file_));
+        run(plan, request_,
+            results_file_.empty() ? std::nullopt : std::optional<std::filesystem::path>(results_file_));
     if (!quiet_) std::cout << "goal: " << plan.search->goal << '\n';
     print_smallest(plan, exploration);
     if (!quiet_) {
         print_idle_buses(exploration);
         std::size_t stalling_runs = 0;
         const bool stopped = !exploration.stopped && print_stalling(asked, exploration, stalling_runs);
-        print_pace(exploration);
-        if (stalling_runs > 0) std::cout << "and " << stalling_runs << " with on_starvation: stall\n";
         if (stopped) {
             std::cerr << "stopped in the comparison with stalling columns\n";
             return kExitStopped;
         }
+        print_pace(exploration);
+        if (stalling_runs > 0) std::cout << "and " << stalling_runs << " with on_starvation: stall\n";
         if (!results_file_.empty()) std::cout << "results in " << results_file_ << '\n';
     }
+    if (!exploration.stopped && !try_margins(asked, machines_of(asked, exploration.points)))
+        return kExitStopped;
     return judge(exploration);
 }
 
 /// Minimizes the second key at coarse values of the first, then the first key at each answer, then the second key at
 /// each of these answers, and so on, until there are no new answers. Then it searches between the corners of the front.
 ExitStatus SizeCommand::size_front() {
-    if (!results_file_.empty()) {
+    if (!results_file_.empty() && std::filesystem::exists(results_file_)) {
         throw InputError(
-            "-o: the front of two keys takes searches of both, and a file holds one; leave it out");
+            "-o " + results_file_ +
+            ": is there already, and a front is kept once it is whole; name another file, or remove it");
     }
+    if (!results_file_.empty()) make_folder_of(results_file_, "--out");
     const SearchDescription first = minimized(request_.minimize.front());
     const exploration::SweepDescription asked = describe_size(request_);
     const SearchDescription& second = *asked.search;
@@ -319,7 +379,7 @@ ExitStatus SizeCommand::size_front() {
     std::size_t points = 0;
     bool of_second = true;
     for (;;) {
-        const exploration::Exploration found = run(plan, std::nullopt);
+        const exploration::Exploration found = run(plan, request_, std::nullopt);
         all.progress.runs += found.progress.runs;
         all.progress.seconds += found.progress.seconds;
         for (const exploration::PointRecord& point : found.points) all.outcomes.add(points++, point);
@@ -376,6 +436,40 @@ ExitStatus SizeCommand::size_front() {
     if (!quiet_)
         std::cout << all.progress.runs << " simulations in " << text::decimal(all.progress.seconds, 1)
                   << " s\n";
+    // A row of the front: the values of --over, then of both keys.
+    Axis rows;
+    rows.keys = over_keys;
+    rows.keys.insert(rows.keys.end(), {first.key, second.key});
+    rows.values.resize(rows.keys.size());
+    rows.where.resize(rows.keys.size());
+    std::vector<SizedMachine> machines;
+    for (const Corner& corner : front_of(corners)) {
+        if (corner.second.empty()) continue;
+        SizedMachine machine;
+        machine.settings = corner.overs;
+        machine.settings.push_back(corner.first);
+        machine.search = asked;
+        machine.search.axes.clear();
+        for (std::size_t n = 0; n < machine.settings.size(); ++n) {
+            machine.search.fixed.push_back({rows.keys[n], machine.settings[n]});
+            rows.values[n].push_back(machine.settings[n]);
+        }
+        rows.values.back().push_back(corner.second);
+        machine.answer = second.candidate_of(std::stod(corner.second));
+        machines.push_back(std::move(machine));
+    }
+    if (!results_file_.empty() && !machines.empty()) {
+        exploration::SweepDescription front = asked;
+        front.search.reset();
+        front.axes = {rows};
+        const exploration::Exploration kept =
+            run_exploration(make_plan(front), results_file_, processes_, quiet_, true);
+        if (kept.stopped) return judge(kept);
+        if (!quiet_) std::cout << "results in " << results_file_ << '\n';
+    }
+    exploration::SweepDescription of_margins = asked;
+    of_margins.axes.push_back(Axis{{first.key}, {}, {}});
+    if (!try_margins(of_margins, machines)) return kExitStopped;
     return judge(all);
 }
 

@@ -147,7 +147,7 @@ exploration::KnownAnswer known_answer(const SizeRequest& request, const Scenario
     known.least = analysis.least_buffer_pixels;
     const std::int64_t whole = analysis.whole_buffer_pixels;
     if (request.frame_rate_hz) {
-        known.enough = 2 * whole;  // a buffer can hold pixels of two frames
+        known.most = 2 * whole;  // a buffer can hold pixels of two frames
     } else {
         const bool has_bound = analysis.safe_buffer_is_legal.value_or(false);
         known.enough = has_bound ? std::min(whole, *analysis.safe_buffer_pixels) : whole;
