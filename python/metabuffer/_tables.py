@@ -126,7 +126,7 @@ def results(db: "str | bytes | os.PathLike[Any]", *, where: str | None = None,
     it still runs.
 
     db: the SQLite file.
-    where: only the points for which this SQL expression over the columns is true: ``"starved_pixels = 0"``.
+    where: only the points for which this SQL expression over the columns is true: ``"whole"``.
     columns: these expressions instead of all columns: a list, or a text with commas in between.
 
     Returns a row for each point, in the order of the axes' values: ``point``, the axes' keys, ``status``, ``reason``, and

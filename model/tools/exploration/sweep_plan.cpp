@@ -297,7 +297,7 @@ void check_goal(const SweepPlan& plan) {
         used.begin(), used.end(), [](const std::string& name) { return figure_index(name).has_value(); });
     if (!names_figure) {
         fail(search.where, "the goal " + text::quoted(search.goal) +
-                               " names no figure of a run; use one, as in starved_pixels = 0");
+                               " names no figure of a run; use one, as in whole or starved_pixels < 100");
     }
 }
 

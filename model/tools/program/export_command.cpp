@@ -31,7 +31,7 @@ constexpr const char* kExamples =
     "Examples:\n"
     "  metabuffer export results.db -o results.csv\n"
     "  metabuffer export results.db --format json --where \"status <> 'done'\"\n"
-    "  metabuffer export results.db --where 'starved_pixels = 0 and bus.width_bits <= 64' \\\n"
+    "  metabuffer export results.db --where 'whole and bus.width_bits <= 64' \\\n"
     "      --columns 'bus.width_bits, composer.buffer_pixels, round(frames_per_second, 1)'\n"
     "Exit status: 0 done; 2 bad input, a file that cannot be written among them.\n"
     "Figures:\n";
