@@ -54,7 +54,8 @@ MovedKey moved_key(const MoveKind& kind, int sign, const std::string& key, const
             moved.distances.push_back(signed_text(sign, std::to_string(kMovedCycles[step])));
             continue;
         }
-        const double there = number * (1.0 + sign * kMovedShares[step]);
+        constexpr double kDigits = 1e8;  // so that 60.06 is not 60.059999999999995
+        const double there = std::round(number * (1.0 + sign * kMovedShares[step]) * kDigits) / kDigits;
         // Whole cycles: at least one less with each step.
         const double whole = std::min(std::floor(there), number - static_cast<double>(step) - 1.0);
         moved.moved.push_back(text::number(kind.unit == Unit::kShareOfCycles ? whole : there));
@@ -98,13 +99,21 @@ std::vector<MovedKey> moved_keys(const ScenarioTemplate& scenario,
     std::vector<MovedKey> keys;
     for (const MoveKind& kind : move_kinds()) {
         if (kind.needs != nullptr && number_of(kind.needs).value_or(0.0) <= 0.0) continue;
+        // The key that the scenario gives: the other one follows from it and cannot move.
+        const char* moving = kind.key;
         for (const char* const key : {kind.key, kind.instead}) {
-            if (key == nullptr || key == searched_key || !number_of(key) ||
-                !takes(scenario, overrides, key, settings.at(key)))
-                continue;
-            for (const int sign : kind.signs) keys.push_back(moved_key(kind, sign, key, settings.at(key)));
-            break;
+            if (key == nullptr || !number_of(key)) continue;
+            const auto may_move = [&](int sign) {
+                return takes(scenario, overrides, key,
+                             moved_key(kind, sign, key, settings.at(key)).moved.front());
+            };
+            if (std::any_of(kind.signs.begin(), kind.signs.end(), may_move)) {
+                moving = key;
+                break;
+            }
         }
+        if (moving == searched_key || !number_of(moving)) continue;
+        for (const int sign : kind.signs) keys.push_back(moved_key(kind, sign, moving, settings.at(moving)));
     }
     return keys;
 }
@@ -113,6 +122,23 @@ int Margin::steps() const {
     int least = reaches.empty() ? 0 : kMarginSteps;
     for (const Reach& reach : reaches) least = std::min(least, reach.steps);
     return least;
+}
+
+std::vector<Axis> axes_of(const std::vector<Reach>& reaches, const std::vector<Move>& moves) {
+    Axis axis;
+    for (const Reach& reach : reaches) {
+        const std::string& key = reach.key.key;
+        if (std::find(axis.keys.begin(), axis.keys.end(), key) != axis.keys.end()) continue;
+        axis.keys.push_back(key);
+        axis.where.emplace_back();
+        std::vector<std::string>& values = axis.values.emplace_back();
+        for (const auto& [moved, step] : moves) {
+            values.push_back(step > 0 && moved->key == key ? moved->moved[static_cast<std::size_t>(step) - 1]
+                                                           : reach.key.value);
+        }
+    }
+    if (axis.keys.empty()) return {};
+    return {std::move(axis)};
 }
 
 Margin margin_of(const SweepDescription& machine, std::int64_t candidate, int steps,
@@ -128,27 +154,17 @@ Margin margin_of(const SweepDescription& machine, std::int64_t candidate, int st
     for (MovedKey& key : moved_keys(ScenarioTemplate(machine.scenario), overrides, search.key))
         margin.reaches.push_back({std::move(key), 0, ""});
 
-    // The points of a step set all keys: each one moves one of them.
     for (int step = 0; step <= steps; ++step) {
         std::vector<Reach*> tried;
+        std::vector<Move> moves;
         for (Reach& reach : margin.reaches) {
-            if (step > 0 && reach.missed.empty()) tried.push_back(&reach);
+            if (step > 0 && !reach.missed.empty()) continue;
+            if (step == 0 && !moves.empty()) break;
+            tried.push_back(&reach);
+            moves.push_back({&reach.key, step});
         }
         if (step > 0 && tried.empty()) break;
-        Axis axis;
-        for (const Reach& reach : margin.reaches) {
-            if (std::find(axis.keys.begin(), axis.keys.end(), reach.key.key) != axis.keys.end()) continue;
-            axis.keys.push_back(reach.key.key);
-            axis.where.emplace_back();
-            std::vector<std::string>& values = axis.values.emplace_back();
-            if (step == 0) values.push_back(reach.key.value);
-            for (const Reach* const moved : tried) {
-                values.push_back(moved->key.key == reach.key.key
-                                     ? moved->key.moved[static_cast<std::size_t>(step) - 1]
-                                     : reach.key.value);
-            }
-        }
-        one.axes = {std::move(axis)};
+        one.axes = axes_of(margin.reaches, moves);
         search.goal = judge.goal(step);
         const SweepPlan plan = make_plan(one);
         const Exploration found = judge.run(plan, step);

@@ -51,6 +51,15 @@ struct Margin {
     int steps() const;
 };
 
+/// A key, and the steps that it moves; 0: none.
+struct Move {
+    const MovedKey* key = nullptr;
+    int step = 0;
+};
+/// An axis with an entry for each move, in which all other keys have the machine's values. None for a machine without keys
+/// that may move.
+std::vector<Axis> axes_of(const std::vector<Reach>& reaches, const std::vector<Move>& moves);
+
 /// How a machine is judged after so many steps; 0: as it is. A rate that is asked for is less on slower clocks.
 struct MarginJudge {
     std::function<std::string(int step)> goal;

@@ -12,7 +12,6 @@
 namespace metabuffer {
 namespace {
 
-using exploration::Axis;
 using exploration::Margin;
 using exploration::Reach;
 using exploration::SearchDescription;
@@ -75,20 +74,12 @@ class MarginTrials {
             return true;
         }
         if (!has_list) search.candidates.clear();
-        Axis axis;
+        std::vector<exploration::Move> failing;
         for (const Reach& reach : trial.margin.reaches) {
-            if (std::find(axis.keys.begin(), axis.keys.end(), reach.key.key) != axis.keys.end()) continue;
-            axis.keys.push_back(reach.key.key);
-            axis.where.emplace_back();
-            std::vector<std::string>& values = axis.values.emplace_back();
-            for (const Reach& moved : trial.margin.reaches) {
-                if (moved.steps >= request_.steps) continue;
-                values.push_back(moved.key.key == reach.key.key
-                                     ? moved.key.moved[static_cast<std::size_t>(request_.steps) - 1]
-                                     : reach.key.value);
-            }
+            if (reach.steps < request_.steps) failing.push_back({&reach.key, request_.steps});
         }
-        if (!axis.keys.empty()) more.axes = {std::move(axis)};
+        // Without moves the machine itself misses its goal at this value.
+        if (!failing.empty()) more.axes = exploration::axes_of(trial.margin.reaches, failing);
         const exploration::SweepPlan plan = exploration::make_plan(more);
         const exploration::Exploration found = request_.judge.run(plan, request_.steps);
         simulations_ += found.progress.runs;
