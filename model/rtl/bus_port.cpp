@@ -275,6 +275,10 @@ bool BusPort::take_grant() {
         return false;
     }
     bus_.recovered_slots += recovered_i.read();
+    if (recovered_i.read() > 0 && !first_recovered_slot_.happened()) {
+        first_recovered_slot_.cycle = clock_edge_number(clock_period_picoseconds(scenario_.clocks.core_mhz));
+        first_recovered_slot_.display = static_cast<int>(row(plan_.row).composer()) + 1;
+    }
     ++bus_.bursts;
     bursting_ = true;
     // The new burst is not judged by what is left of the one before.

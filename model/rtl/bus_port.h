@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "datapath/segment.h"
+#include "report/machine_event.h"
 #include "report/report.h"
 #include "rtl/block.h"
 #include "rtl/countdown.h"
@@ -83,6 +84,10 @@ class BusPort final : public Block {
 
     void trace(sc_core::sc_trace_file* file) const override;
     std::string waiting_for() const override;
+
+    /// The first grant for which the arbiter has passed over slots, and the display of the composer that got the bus; the
+    /// port does not know its renderer.
+    const MachineEvent& first_recovered_slot() const { return first_recovered_slot_; }
 
     /// Adds clocks that have passed without having been counted yet: a port that waits for a pair or a slot sleeps.
     void count_slept_cycles(BusCounters& bus) const { bus.*counted_ += clocked_.edges_asleep(); }
@@ -163,6 +168,7 @@ class BusPort final : public Block {
     Smoothing smoothing_;
     int loop_cycles_;  ///< that read latency and registers add until a beat's answer is read
 
+    MachineEvent first_recovered_slot_;
     std::int64_t BusCounters::*counted_ = &BusCounters::idle_cycles;  ///< the counter of the last clock
 
     RegisterSet registers_;

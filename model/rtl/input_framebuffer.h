@@ -54,6 +54,9 @@ class InputFramebuffer final : public Block {
     /// Counters of bus and table; the decoder counts what the link rejected.
     RendererCounters counters() const;
 
+    /// The event's renderer is not set.
+    const MachineEvent& first_recovered_slot() const { return bus_port_.first_recovered_slot(); }
+
     /// The source of each composited frame that has been started.
     const std::vector<FrameSource>& frame_sources() const { return frame_sources_; }
     /// A reset is over: the next frame is number 0.

@@ -3,7 +3,6 @@
 #include <fnmatch.h>
 
 #include <algorithm>
-#include <numeric>
 #include <utility>
 
 #include "rtl/machine_faults.h"
@@ -14,14 +13,6 @@ namespace metabuffer::rtl {
 namespace {
 
 constexpr int kResetCycles = 2;
-
-/// The earlier of two events, either of which may never have happened.
-std::int64_t earlier(std::int64_t a, std::int64_t b) {
-    if (a == Composer::kNever || b == Composer::kNever) {
-        return std::max(a, b);
-    }
-    return std::min(a, b);
-}
 
 }  // namespace
 
@@ -414,29 +405,47 @@ RunReport Metabuffer::report() const {
     return report.finish(watchdog_findings_);
 }
 
-std::int64_t Metabuffer::first_busready_drop_cycle() const {
-    return std::accumulate(composers_.begin(), composers_.end(), Composer::kNever,
-                           [](std::int64_t cycle, const std::unique_ptr<Composer>& composer) {
-                               return earlier(cycle, composer->first_busready_drop_cycle());
-                           });
+/// The earliest of the composers' events of a kind, given each one's clock.
+template <typename CycleOf>
+MachineEvent Metabuffer::first_of_composers(const CycleOf& cycle_of) const {
+    MachineEvent first;
+    for (std::size_t r = 0; r < renderers(); ++r) {
+        for (std::size_t d = 0; d < displays(); ++d) {
+            first =
+                earlier(first, {cycle_of(composer(r, d)), static_cast<int>(r) + 1, static_cast<int>(d) + 1});
+        }
+    }
+    return first;
 }
 
-std::int64_t Metabuffer::first_starved_cycle() const {
-    return std::accumulate(composers_.begin(), composers_.end(), Composer::kNever,
-                           [](std::int64_t cycle, const std::unique_ptr<Composer>& composer) {
-                               return earlier(cycle, composer->first_starved_cycle());
-                           });
+MachineEvent Metabuffer::first_busready_drop() const {
+    return first_of_composers([](const Composer& composer) { return composer.first_busready_drop_cycle(); });
 }
 
-std::int64_t Metabuffer::startframe_cycle(int frame) const {
-    std::int64_t cycle = Composer::kNever;
+MachineEvent Metabuffer::first_starved() const {
+    return first_of_composers([](const Composer& composer) { return composer.first_starved_cycle(); });
+}
+
+MachineEvent Metabuffer::first_recovered_slot() const {
+    MachineEvent first;
+    for (std::size_t r = 0; r < renderers(); ++r) {
+        MachineEvent of_bus = input_framebuffers_[r]->first_recovered_slot();
+        of_bus.renderer = static_cast<int>(r) + 1;
+        first = earlier(first, of_bus);
+    }
+    return first;
+}
+
+MachineEvent Metabuffer::startframe(int frame) const {
+    MachineEvent first;
     for (std::size_t d = 0; d < displays(); ++d) {
         const auto& spans = composer(0, d).frame_spans();
         if (spans.size() > static_cast<std::size_t>(frame)) {
-            cycle = earlier(cycle, spans[static_cast<std::size_t>(frame)].startframe_cycle);
+            const std::int64_t cycle = spans[static_cast<std::size_t>(frame)].startframe_cycle;
+            first = earlier(first, {cycle, 1, static_cast<int>(d) + 1});
         }
     }
-    return cycle;
+    return first;
 }
 
 std::int64_t Metabuffer::frame_end_cycle(int frame) const {

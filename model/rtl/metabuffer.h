@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "report/machine_event.h"
 #include "report/machine_report.h"
 #include "rtl/block.h"
 #include "rtl/bus_registers.h"
@@ -68,10 +69,12 @@ class Metabuffer final : public Block {
     void trace_blocks(sc_core::sc_trace_file* file, const std::vector<std::string>& patterns) const;
     void trace(sc_core::sc_trace_file* file) const override;
 
-    /// The events that a trace window can start at, as core cycles; Composer::kNever if not yet.
-    std::int64_t first_busready_drop_cycle() const;
-    std::int64_t first_starved_cycle() const;
-    std::int64_t startframe_cycle(int frame) const;
+    /// The events that a trace window can start at, as far as they have happened.
+    MachineEvent first_busready_drop() const;
+    MachineEvent first_starved() const;
+    MachineEvent first_recovered_slot() const;
+    /// In the top composer of the column that starts first.
+    MachineEvent startframe(int frame) const;
     /// The pair that a renderer (index, from 0) contributes to a composited frame (from 0); -1: the frame has none. Empty
     /// before the renderer's input framebuffer has started the frame.
     std::optional<int> pair_of_frame(std::size_t renderer, int frame) const {
@@ -118,6 +121,9 @@ class Metabuffer final : public Block {
     const Composer& composer(std::size_t renderer, std::size_t display) const {
         return *composers_[renderer * displays() + display];
     }
+
+    template <typename CycleOf>
+    MachineEvent first_of_composers(const CycleOf& cycle_of) const;
 
     void make_clocks();
     void make_renderer_side();

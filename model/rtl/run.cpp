@@ -84,13 +84,13 @@ class Waveform {
     bool is_open_ = false;
 };
 
-/// Says where the window's event was at this level, if another level has found it elsewhere; else empty.
+/// Says where the window's event was, if the search has found it elsewhere; else empty.
 std::string misplaced(const TraceWindow& window, const std::optional<CycleSpan>& found,
                       const Metabuffer& machine) {
     if (window.fixed_cycles()) return {};
-    const std::optional<CycleSpan> event = event_of(window, machine);
+    const std::optional<WindowEvent> event = event_of(window, machine);
     if (!event) return found ? "what the waveform should show does not happen at level rtl" : "";
-    const CycleSpan right = window.around(*event);
+    const CycleSpan right = window.around(event->cycles());
     if (found && found->first == right.first && found->last == right.last) return {};
     return "what the waveform should show is elsewhere at level rtl; use --trace-window cycles:" +
            std::to_string(right.first) + "-" + std::to_string(right.last);
@@ -111,15 +111,16 @@ void check_trace_name(const std::filesystem::path& file) {
 }
 
 /// The machine runs to the end of the chunk after an event, so of several events the earliest is found.
-std::optional<CycleSpan> find_window(const Scenario& scenario, const TraceWindow& window) {
-    return scout(window, [&scenario, &window] {
+WindowSearch find_event(const Scenario& scenario, const TraceWindow& window) {
+    return scout([&scenario, &window] {
         Metabuffer machine("metabuffer", scenario);
-        std::optional<CycleSpan> event;
+        WindowSearch search;
         machine.on_finished([] { sc_core::sc_pause(); });
-        while (!(event = event_of(window, machine)) && !machine.finished()) {
+        while (!(search.event = event_of(window, machine)) && !machine.finished()) {
             advance_kernel(scenario, cycles_to_time(scenario, kChunkCycles));
         }
-        return event;
+        search.whole_run = machine.finished() && machine.watchdog_findings().empty();
+        return search;
     });
 }
 
@@ -132,10 +133,7 @@ RunResult run(const Scenario& scenario, const RunOptions& options) {
         waveform_file.emplace(options.trace->file, options.trace->header);
         const TraceWindow& wanted = options.trace->window;
         window = wanted.fixed_cycles();
-        if (!window) {
-            window =
-                (options.trace->find_window ? options.trace->find_window : find_window)(scenario, wanted);
-        }
+        if (options.trace->event) window = wanted.around(options.trace->event->cycles());
         if (window) {
             waveform_file->start(window->first * clock_period_picoseconds(scenario.clocks.core_mhz));
         }
@@ -196,12 +194,11 @@ RunResult run(const Scenario& scenario, const RunOptions& options) {
         }
     }
     finish(waveform);
-    if (options.trace && options.trace->find_window) {
-        result.trace_warning = misplaced(options.trace->window, window, machine);
-    }
+    if (options.trace) result.trace_warning = misplaced(options.trace->window, window, machine);
     if (options.trace && !result.traced) {
         if (window) {
-            result.trace_note = "the run ended before the window began";
+            result.trace_note = "the window begins at core clock " + std::to_string(window->first) +
+                                ", and the run ends at " + std::to_string(machine.core_cycle());
         } else if (result.trace_warning.empty()) {
             result.trace_note = "what the waveform should show does not happen in this run";
         } else {

@@ -22,8 +22,8 @@ struct TraceRequest {
     TraceWindow window;
     std::vector<std::string> blocks;  ///< shell patterns for block names such as composer_1_*; all if empty
     std::string header{};             ///< lines that say what made it; a comment in the file
-    /// Another level's function, which finds the same clocks sooner; empty: this level's find_window().
-    FindWindow find_window{};
+    /// What a search has found for a window that depends on the run: this level's find_event() or, sooner, another level's.
+    std::optional<WindowEvent> event{};
 };
 
 struct RunOptions {
@@ -43,14 +43,14 @@ struct RunResult {
     /// Wall time in the kernel, without start-up and without on_frame_shown.
     double simulation_seconds = 0.0;
     std::string trace_note;     ///< why there is no waveform although one was asked for
-    std::string trace_warning;  ///< where the event is, if another level's FindWindow has it elsewhere
+    std::string trace_warning;  ///< where the event is, if the search has it elsewhere
 };
 
 /// Throws InputError unless the file's name ends in .vcd or .fst.
 void check_trace_name(const std::filesystem::path& file);
 
-/// A FindWindow that runs this level's machine up to the event.
-std::optional<CycleSpan> find_window(const Scenario& scenario, const TraceWindow& window);
+/// Searches with this level's machine (scout() in simulation/trace_window.h).
+WindowSearch find_event(const Scenario& scenario, const TraceWindow& window);
 
 /// Builds the machine and runs the scenario to its end, at level rtl. SystemC elaborates once in a process,
 /// so this can be called once. Throws InputError for a trace that cannot be made as asked, and lets the

@@ -9,12 +9,14 @@
 
 #include "host/child_process.h"
 #include "host/errors.h"
+#include "host/text.h"
+#include "scenario/limits.h"
 
 namespace metabuffer {
 namespace {
 
 constexpr std::int64_t kForever = std::numeric_limits<std::int64_t>::max();
-constexpr std::int64_t kLargestFrame = 1'000'000;
+constexpr std::int64_t kLargestFrame = limits::kFrames.high - 1;
 constexpr std::int64_t kLargestCycle = 1'000'000'000'000'000;
 
 std::optional<std::int64_t> parse_count(std::string_view text, std::int64_t largest) {
@@ -58,6 +60,7 @@ CycleSpan TraceWindow::around(const CycleSpan& event) const {
 TraceWindow parse_trace_window(const std::string& text) {
     using Kind = TraceWindow::Kind;
     TraceWindow window;
+    window.text = text;
     const std::size_t colon = text.find(':');
     const std::string kind = text.substr(0, colon);
     const std::string rest = colon == std::string::npos ? "" : text.substr(colon + 1);
@@ -79,6 +82,8 @@ TraceWindow parse_trace_window(const std::string& text) {
             window.kind = Kind::kFirstBusreadyDrop;
         } else if (kind == "first-starved-pixel") {
             window.kind = Kind::kFirstStarvedPixel;
+        } else if (kind == "first-recovered-slot") {
+            window.kind = Kind::kFirstRecoveredSlot;
         } else {
             good = false;
         }
@@ -86,33 +91,45 @@ TraceWindow parse_trace_window(const std::string& text) {
     if (!good) {
         throw InputError(
             "--trace-window " + text +
-            ": not a window; use all, cycles:A-B, frames:A-B, startframe:K, first-busready-drop or "
-            "first-starved-pixel");
+            ": not a window; use all, cycles:A-B, frames:A-B, startframe:K, first-busready-drop, "
+            "first-starved-pixel or first-recovered-slot");
     }
     return window;
 }
 
-std::optional<CycleSpan> scout(const TraceWindow& window,
-                               const std::function<std::optional<CycleSpan>()>& search) {
-    constexpr CycleSpan kNotFound{0, -1};
-    ChildProcess process([&search, kNotFound](const ChildProcess::Sender& sender) {
-        CycleSpan event = kNotFound;
+std::string event_text(const TraceWindow& window, const WindowEvent& event, const Scenario& scenario) {
+    using Kind = TraceWindow::Kind;
+    std::string what = "STARTFRAME of frame " + std::to_string(window.first);
+    if (window.kind == Kind::kFirstBusreadyDrop) what = "first BUSREADY drop in a burst";
+    if (window.kind == Kind::kFirstRecoveredSlot) what = "first recovered slot";
+    if (window.kind == Kind::kFirstStarvedPixel) {
+        what = scenario.composer.may_stall() ? "first stall" : "first starved pixel";
+    }
+    const MachineEvent& start = event.start;
+    return what + " at core clock " + std::to_string(start.cycle) + " in composer_" +
+           std::to_string(start.renderer) + "_" + std::to_string(start.display) + " (renderer " +
+           text::one_line(scenario.renderers[static_cast<std::size_t>(start.renderer - 1)].name) +
+           ", column of display " + std::to_string(start.display) + ")";
+}
+
+WindowSearch scout(const std::function<WindowSearch()>& run) {
+    ChildProcess process([&run](const ChildProcess::Sender& sender) {
+        WindowSearch search;
         try {
-            event = search().value_or(kNotFound);
+            search = run();
         } catch (const std::exception&) {  // the real run reports it
         }
-        sender.send(&event, sizeof event);
+        sender.send(&search, sizeof search);
     });
     std::string bytes;
     while (!process.ended()) process.receive(bytes);
-    CycleSpan event;
-    if (!process.complaint().empty() || bytes.size() != sizeof event) {
+    WindowSearch search;
+    if (!process.complaint().empty() || bytes.size() != sizeof search) {
         throw InputError("--trace: the run that finds the clock of the event " +
                          (process.complaint().empty() ? "sent no answer" : process.complaint()));
     }
-    std::memcpy(&event, bytes.data(), sizeof event);
-    if (event.last < event.first) return std::nullopt;
-    return window.around(event);
+    std::memcpy(&search, bytes.data(), sizeof search);
+    return search;
 }
 
 }  // namespace metabuffer

@@ -5,8 +5,8 @@
 #include <optional>
 #include <string>
 
-#include "report/composer_record.h"
 #include "report/cycle_span.h"
+#include "report/machine_event.h"
 #include "scenario/scenario.h"
 
 namespace metabuffer {
@@ -15,15 +15,17 @@ namespace metabuffer {
 struct TraceWindow {
     enum class Kind : std::uint8_t {
         kAll,
-        kCycles,             ///< core cycles first..last
-        kFrames,             ///< from STARTFRAME of frame first to the last pixel of frame last
-        kStartFrame,         ///< around STARTFRAME of frame first
-        kFirstBusreadyDrop,  ///< around the first BUSREADY drop in a burst
-        kFirstStarvedPixel,  ///< around the first starved pixel or stalled clock
+        kCycles,              ///< core cycles first..last
+        kFrames,              ///< from STARTFRAME of frame first to the last pixel of frame last
+        kStartFrame,          ///< around STARTFRAME of frame first
+        kFirstBusreadyDrop,   ///< around the first BUSREADY drop in a burst
+        kFirstStarvedPixel,   ///< around the first starved pixel or stalled clock
+        kFirstRecoveredSlot,  ///< around the first burst for which the arbiter has passed over slots
     };
     static constexpr std::int64_t kDefaultBeforeCycles = 200;
     static constexpr std::int64_t kDefaultAfterCycles = 2000;
 
+    std::string text;  ///< as it was asked for
     Kind kind = Kind::kStartFrame;
     std::int64_t first = 0;
     std::int64_t last = 0;
@@ -36,47 +38,62 @@ struct TraceWindow {
     CycleSpan around(const CycleSpan& event) const;
 };
 
-/// Reads `all`, `cycles:A-B`, `frames:A-B`, `frames:A`, `startframe:K`, `first-busready-drop` or
-/// `first-starved-pixel`. Throws InputError.
+/// Reads `all`, `cycles:A-B`, `frames:A-B`, `frames:A`, `startframe:K`, `first-busready-drop`, `first-starved-pixel` or
+/// `first-recovered-slot`. Throws InputError.
 TraceWindow parse_trace_window(const std::string& text);
 
-/// The cycles of the event that a window lies around, in a machine of any level; nothing if it has not happened yet, or if
-/// the window has no event.
+/// What a window lies around.
+struct WindowEvent {
+    MachineEvent start;
+    std::int64_t last_cycle = ComposerRecord::kNever;  ///< start.cycle, but for frames their end
+
+    CycleSpan cycles() const { return {start.cycle, last_cycle}; }
+};
+
+/// A window's event in a machine of any level; nothing if it has not happened yet, or if the window has no event.
 template <typename Machine>
-std::optional<CycleSpan> event_of(const TraceWindow& window, const Machine& machine) {
+std::optional<WindowEvent> event_of(const TraceWindow& window, const Machine& machine) {
     using Kind = TraceWindow::Kind;
-    CycleSpan event{ComposerRecord::kNever, ComposerRecord::kNever};
+    MachineEvent start;
+    std::optional<std::int64_t> last_cycle;
     switch (window.kind) {
         case Kind::kAll:
         case Kind::kCycles:
             break;
         case Kind::kFrames:
-            event.first = machine.startframe_cycle(static_cast<int>(window.first));
-            event.last = machine.frame_end_cycle(static_cast<int>(window.last));
+            start = machine.startframe(static_cast<int>(window.first));
+            last_cycle = machine.frame_end_cycle(static_cast<int>(window.last));
             break;
         case Kind::kStartFrame:
-            event.first = event.last = machine.startframe_cycle(static_cast<int>(window.first));
+            start = machine.startframe(static_cast<int>(window.first));
             break;
         case Kind::kFirstBusreadyDrop:
-            event.first = event.last = machine.first_busready_drop_cycle();
+            start = machine.first_busready_drop();
             break;
         case Kind::kFirstStarvedPixel:
-            event.first = event.last = machine.first_starved_cycle();
+            start = machine.first_starved();
+            break;
+        case Kind::kFirstRecoveredSlot:
+            start = machine.first_recovered_slot();
             break;
     }
-    if (event.first == ComposerRecord::kNever || event.last == ComposerRecord::kNever) return std::nullopt;
+    const WindowEvent event{start, last_cycle.value_or(start.cycle)};
+    if (!start.happened() || event.last_cycle == ComposerRecord::kNever) return std::nullopt;
     return event;
 }
 
-/// Finds the cycles of a window that depends on the run; nothing if the run does not have its event. Call it before
-/// this process elaborates anything.
-using FindWindow =
-    std::function<std::optional<CycleSpan>(const Scenario& scenario, const TraceWindow& window)>;
+/// The event in words: what it is, its core clock, its composer with renderer and column.
+std::string event_text(const TraceWindow& window, const WindowEvent& event, const Scenario& scenario);
 
-/// Makes a level's FindWindow: calls `search` in a separate process, where it runs a machine up to the window's event. A
-/// trace must start before its event, so an earlier run has to find the event; every run is the same. If `search` throws,
-/// there is no event: the real run meets the same error and reports it. Throws InputError.
-std::optional<CycleSpan> scout(const TraceWindow& window,
-                               const std::function<std::optional<CycleSpan>()>& search);
+/// What a search for a window's event has found.
+struct WindowSearch {
+    std::optional<WindowEvent> event;
+    bool whole_run = false;  ///< without an event: the run came to its end, by no error and no watchdog
+};
+
+/// Searches for a window's event in a separate process, where `run` runs a machine up to the event. A trace must start before
+/// its event, so an earlier run has to find the event; every run is the same. If `run` throws, there is no event: the
+/// real run meets the same error and reports it. Call it before this process elaborates anything. Throws InputError.
+WindowSearch scout(const std::function<WindowSearch()>& run);
 
 }  // namespace metabuffer

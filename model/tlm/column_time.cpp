@@ -74,6 +74,7 @@ ColumnTime::ColumnTime(int renderers, std::int64_t raster_pixels, bool may_stall
       raster_pixels_(raster_pixels),
       may_stall_(may_stall),
       needed_steps_(static_cast<std::size_t>(may_stall ? renderers : 1)),
+      first_stall_cycles_(static_cast<std::size_t>(renderers), kUnknownCycle),
       stalled_for_(static_cast<std::size_t>(renderers), 0) {}
 
 void ColumnTime::start(int frame, std::int64_t cycle) {
@@ -103,7 +104,8 @@ void ColumnTime::advance(std::int64_t now) {
         const std::int64_t step_cycle = time.extrapolated_cycle(arrival.step);
         if (arrival.cycle > step_cycle) {
             count_stall(arrival.renderer, step_cycle + 1, arrival.cycle);
-            first_stall_cycle_ = std::min(first_stall_cycle_, step_cycle);
+            std::int64_t& first = first_stall_cycles_[static_cast<std::size_t>(arrival.renderer)];
+            first = std::min(first, step_cycle);
         }
         const std::int64_t next_cycle = time.extrapolated_cycle(arrival.step + 1);
         if (time.delay_step(arrival.step + 1, arrival.cycle + 1) > 0) {
@@ -158,11 +160,13 @@ std::int64_t ColumnTime::stalled_cycles(std::int64_t through_cycle) const {
     return stalled_cycles_for(-1, through_cycle);
 }
 
-std::int64_t ColumnTime::first_stall_cycle() const {
+std::int64_t ColumnTime::first_stall_cycle(int renderer) const {
+    const auto r = static_cast<std::size_t>(renderer);
+    const std::int64_t counted = first_stall_cycles_[r];
     const std::int64_t needed = needed_steps_.minimum();
-    if (needed == kNoStep) return first_stall_cycle_;
+    if (needed == kNoStep || needed_steps_.value(r) != needed) return counted;
     // The pixel may never come.
-    return std::min(first_stall_cycle_, current().extrapolated_cycle(needed));
+    return std::min(counted, current().extrapolated_cycle(needed));
 }
 
 std::int64_t ColumnTime::stalled_cycles_for(int renderer, std::int64_t through_cycle) const {

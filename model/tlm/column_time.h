@@ -131,9 +131,9 @@ class ColumnTime {
     /// later.
     std::int64_t stalled_cycles(std::int64_t through_cycle) const;
     std::int64_t stalled_cycles_for(int renderer, std::int64_t through_cycle) const;
-    /// The first clock in which a composer finds that the column must stand still in the next one, as far as is known;
+    /// The first clock in which composer r finds that the column must stand still in the next one, as far as is known;
     /// kUnknownCycle if there is none.
-    std::int64_t first_stall_cycle() const;
+    std::int64_t first_stall_cycle(int renderer) const;
 
   private:
     struct Arrival {
@@ -176,7 +176,7 @@ class ColumnTime {
     std::vector<Waiter> waiters_;                               ///< a heap, the earliest first
     std::function<void(int, std::int64_t, std::int64_t)> on_stall_;
     std::int64_t stalled_cycles_ = 0;
-    std::int64_t first_stall_cycle_ = kUnknownCycle;  ///< of those that are counted
+    std::vector<std::int64_t> first_stall_cycles_;  ///< by renderer, of those that are counted
     std::vector<std::int64_t> stalled_for_;
     std::size_t forget_at_ = 0;         ///< size of newest_stalls_ at which it is cleaned up
     std::vector<Stall> newest_stalls_;  ///< counted already, perhaps beyond the present

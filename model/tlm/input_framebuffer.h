@@ -55,6 +55,13 @@ class InputFramebuffer final : public sc_core::sc_module, public Decider {
     /// What each composited frame that has been started was made of.
     const std::vector<FrameSource>& frame_sources() const { return frame_sources_; }
 
+    /// The first grant for which the arbiter has passed over slots; it may lie ahead of the present clock.
+    struct RecoveredSlot {
+        std::int64_t cycle = kUnknownCycle;
+        std::size_t display = 0;  ///< index, of the composer that got the bus
+    };
+    const RecoveredSlot& first_recovered_slot() const { return first_recovered_slot_; }
+
     /// Everything counted up to a core clock, which must be the present one; `core_cycles` of the run are one more.
     RendererCounters counters(std::int64_t through_cycle) const;
     /// What the watchdog checks: pixels and table clocks on the bus up to a core clock; pixels received from the link
@@ -205,6 +212,7 @@ class InputFramebuffer final : public sc_core::sc_module, public Decider {
         int recovered_slots = 0;
     };
     Grant newest_grant_;
+    RecoveredSlot first_recovered_slot_;
     std::int64_t slot_table_cycle_ = 0;  ///< from which the frame's slot table is ready
     std::int64_t at_cycle_ = 0;          ///< of the next beat or page miss
     bool accessing_ = false;             ///< the memory has been asked for the words from at_cycle_ on

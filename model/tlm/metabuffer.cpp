@@ -255,25 +255,48 @@ std::int64_t Metabuffer::if_certain(std::int64_t cycle) const {
     return cycle <= through ? cycle : ComposerRecord::kNever;
 }
 
-std::int64_t Metabuffer::first_busready_drop_cycle() const {
-    std::int64_t cycle = kUnknownCycle;
-    for (const auto& composer : composers_) cycle = std::min(cycle, composer->first_busready_drop_cycle());
-    return if_certain(cycle);
+MachineEvent Metabuffer::certain_event(std::int64_t cycle, std::size_t renderer, std::size_t display) const {
+    return {if_certain(cycle), static_cast<int>(renderer) + 1, static_cast<int>(display) + 1};
 }
 
-std::int64_t Metabuffer::first_starved_cycle() const {
-    std::int64_t cycle = kUnknownCycle;
-    for (const auto& composer : composers_) cycle = std::min(cycle, composer->first_starved_cycle());
-    for (const auto& column : columns_) cycle = std::min(cycle, column->first_stall_cycle());
-    return if_certain(cycle);
-}
-
-std::int64_t Metabuffer::startframe_cycle(int frame) const {
-    std::int64_t cycle = kUnknownCycle;
-    for (const auto& column : columns_) {
-        if (column->started(frame)) cycle = std::min(cycle, column->start_cycle(frame));
+MachineEvent Metabuffer::first_busready_drop() const {
+    MachineEvent first;
+    for (std::size_t r = 0; r < renderers(); ++r) {
+        for (std::size_t d = 0; d < displays(); ++d) {
+            first = earlier(first, certain_event(composer(r, d).first_busready_drop_cycle(), r, d));
+        }
     }
-    return if_certain(cycle);
+    return first;
+}
+
+MachineEvent Metabuffer::first_starved() const {
+    MachineEvent first;
+    for (std::size_t r = 0; r < renderers(); ++r) {
+        for (std::size_t d = 0; d < displays(); ++d) {
+            const std::int64_t cycle = std::min(composer(r, d).first_starved_cycle(),
+                                                columns_[d]->first_stall_cycle(static_cast<int>(r)));
+            first = earlier(first, certain_event(cycle, r, d));
+        }
+    }
+    return first;
+}
+
+MachineEvent Metabuffer::first_recovered_slot() const {
+    MachineEvent first;
+    for (std::size_t r = 0; r < renderers(); ++r) {
+        const InputFramebuffer::RecoveredSlot& recovered = input_framebuffers_[r]->first_recovered_slot();
+        first = earlier(first, certain_event(recovered.cycle, r, recovered.display));
+    }
+    return first;
+}
+
+MachineEvent Metabuffer::startframe(int frame) const {
+    MachineEvent first;
+    for (std::size_t d = 0; d < displays(); ++d) {
+        if (columns_[d]->started(frame))
+            first = earlier(first, certain_event(columns_[d]->start_cycle(frame), 0, d));
+    }
+    return first;
 }
 
 std::int64_t Metabuffer::frame_end_cycle(int frame) const {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "formats/image.h"
+#include "report/machine_event.h"
 #include "report/machine_report.h"
 #include "scenario/scenario.h"
 #include "simulation/frame_shown.h"
@@ -64,13 +65,13 @@ class Metabuffer final : public sc_core::sc_module {
     /// The run from its start to its end; call it from on_finished or later.
     const RunReport& report() const { return report_; }
 
-    /// The events at which a trace window can start, as core cycles, the same as at level rtl. An event is
-    /// ComposerRecord::kNever until it is certain: until a frame that ends at its clock or later has been shown, or the
-    /// run has finished.
-    std::int64_t first_busready_drop_cycle() const;
-    std::int64_t first_starved_cycle() const;
-    std::int64_t startframe_cycle(int frame) const;
-    /// Core cycle of a frame's last pixel in the column that ends it last.
+    /// The events at which a trace window can start, the same as at level rtl. An event has not happened until it is
+    /// certain: until a frame that ends at its clock or later has been shown, or the run has finished.
+    MachineEvent first_busready_drop() const;
+    MachineEvent first_starved() const;
+    MachineEvent first_recovered_slot() const;
+    MachineEvent startframe(int frame) const;
+    /// Core cycle of a frame's last pixel in the column that ends it last; ComposerRecord::kNever until it is certain.
     std::int64_t frame_end_cycle(int frame) const;
 
     std::int64_t core_cycle() const { return core_.edge_at(now_picoseconds()); }
@@ -93,6 +94,7 @@ class Metabuffer final : public sc_core::sc_module {
     Memory make_memory(const char* name, int renderer) const;
     std::int64_t last_pixel_cycle(int frame) const;
     std::int64_t if_certain(std::int64_t cycle) const;
+    MachineEvent certain_event(std::int64_t cycle, std::size_t renderer, std::size_t display) const;
     std::int64_t raster_pixels_taken(std::int64_t through_cycle) const;
     void look();
     std::int64_t progress(std::int64_t picoseconds) const;

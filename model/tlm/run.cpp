@@ -16,17 +16,18 @@ sc_core::sc_time chunk_of(const Scenario& scenario) {
 
 }  // namespace
 
-std::optional<CycleSpan> find_window(const Scenario& scenario, const TraceWindow& window) {
-    return scout(window, [&scenario, &window] {
+WindowSearch find_event(const Scenario& scenario, const TraceWindow& window) {
+    return scout([&scenario, &window] {
         Metabuffer::Options options;
         options.images = false;
         Metabuffer machine("metabuffer", scenario, options);
         machine.on_finished([] { sc_core::sc_pause(); });
-        std::optional<CycleSpan> event;
-        while (!(event = event_of(window, machine)) && !machine.finished()) {
+        WindowSearch search;
+        while (!(search.event = event_of(window, machine)) && !machine.finished()) {
             advance_kernel(scenario, chunk_of(scenario));
         }
-        return event;
+        search.whole_run = machine.finished() && machine.report().watchdog.empty();
+        return search;
     });
 }
 

@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <functional>
-#include <optional>
 
 #include "report/report.h"
 #include "scenario/scenario.h"
@@ -29,9 +28,9 @@ struct RunResult {
     double simulation_seconds = 0.0;
 };
 
-/// A FindWindow that runs this level's machine without images up to a frame after the event. The clocks are those of
-/// level rtl, if the scenario has no faults that only level rtl has.
-std::optional<CycleSpan> find_window(const Scenario& scenario, const TraceWindow& window);
+/// Searches with this level's machine, without images, up to a frame after the event (scout() in
+/// simulation/trace_window.h). The clocks are those of level rtl, if the scenario has no faults that only level rtl has.
+WindowSearch find_event(const Scenario& scenario, const TraceWindow& window);
 
 /// Builds the machine and runs the scenario to its end, at level tlm: every counter and picture as at level rtl.
 /// SystemC elaborates once in a process, so this can be called once. Does not catch the blocks' sc_report errors.

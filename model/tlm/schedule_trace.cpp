@@ -30,14 +30,6 @@ constexpr int bus_thread(int renderer) { return kFirstThread + renderer; }
 constexpr int pipeline_thread(int display) { return kFirstThread + 2 * display - 1; }
 constexpr int screen_thread(int display) { return kFirstThread + 2 * display; }
 
-// Colours of chrome://tracing. Perfetto chooses its own from the name without its numbers, so a name must show the kind
-// of an event.
-constexpr std::string_view kAnyColour = "";
-constexpr std::string_view kGood = R"("cname":"good",)";
-constexpr std::string_view kBad = R"("cname":"bad",)";
-constexpr std::string_view kTerrible = R"("cname":"terrible",)";
-constexpr std::string_view kGrey = R"("cname":"grey",)";
-
 /// Names come from the user's file and need not be UTF-8: invalid bytes are replaced, not refused.
 std::string json_text(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
@@ -219,73 +211,68 @@ std::optional<CycleSpan> ScheduleTrace::finish(std::int64_t core_cycles) {
     return shown;
 }
 
-/// A slice up to its name. Complete it with the name, open_arguments() and "}}".
-bool ScheduleTrace::open_slice(int process, std::int64_t thread, CycleSpan span) {
+/// A slice up to its clocks. Complete it with its other arguments and "}}".
+bool ScheduleTrace::open_slice(Slice kind, int number, int process, std::int64_t thread, CycleSpan span) {
     const CycleSpan shown = in_window(span);
     if (shown.cycles() <= 0) return false;
     is_empty_ = false;
+    const SliceRow& row = row_of(kSliceTable, kind);
     const Nanoseconds start = time_of(shown.first, period_picoseconds_);
     const Nanoseconds end = time_of(shown.last + 1, period_picoseconds_);
     output_->write(kNextEvent, R"({"ph":"X","pid":)", process, R"(,"tid":)", thread, R"(,"ts":)", start,
                    R"(,"dur":)", end - start, R"(,"name":")");
-    return true;
-}
-
-void ScheduleTrace::open_arguments(CycleSpan span, std::string_view colour) {
-    const CycleSpan shown = in_window(span);
-    output_->write("\",", colour, R"("args":{"first_cycle":)", shown.first);
+    const std::size_t at = row.name.find_first_of("DF");
+    output_->write(row.name.substr(0, at));
+    if (at != std::string_view::npos) output_->write(number, row.name.substr(at + 1));
+    output_->write("\",");
+    if (!row.colour_name.empty()) output_->write(R"("cname":")", row.colour_name, "\",");
+    output_->write(R"("args":{"first_cycle":)", shown.first);
     if (shown.cycles() < span.cycles()) {
         output_->write(R"(,"whole_first_cycle":)", span.first, R"(,"whole_last_cycle":)", span.last);
     }
+    return true;
+}
+
+/// A slice whose only argument besides its clocks is the frame.
+void ScheduleTrace::slice_of_frame(Slice kind, int process, std::int64_t thread, int frame, CycleSpan span) {
+    if (open_slice(kind, frame, process, thread, span)) output_->write(R"(,"frame":)", frame, "}}");
+}
+
+void ScheduleTrace::wait_of_bus(Slice kind, int renderer, CycleSpan span) {
+    if (open_slice(kind, 0, kBuses, bus_thread(renderer), span)) output_->write("}}");
 }
 
 void ScheduleTrace::table(int renderer, int frame, CycleSpan span) {
-    if (!open_slice(kBuses, bus_thread(renderer), span)) return;
-    output_->write("table of frame ", frame);
-    open_arguments(span, kAnyColour);
-    output_->write(R"(,"frame":)", frame, "}}");
+    slice_of_frame(Slice::kTable, kBuses, bus_thread(renderer), frame, span);
 }
 
 void ScheduleTrace::beats(int renderer, int display, int frame, std::int64_t first_pixel, int pixels,
                           int recovered_slots, CycleSpan span) {
-    if (!open_slice(kBuses, bus_thread(renderer), span)) return;
-    // The number is not in the name, so that both names can be searched and counted.
-    output_->write("display ", display, recovered_slots > 0 ? ", recovered" : "");
-    open_arguments(span, recovered_slots > 0 ? kGood : kAnyColour);
+    // The number of slots is not in the name, so that both names can be searched and counted.
+    const Slice kind = recovered_slots > 0 ? Slice::kRecoveredBeats : Slice::kBeats;
+    if (!open_slice(kind, display, kBuses, bus_thread(renderer), span)) return;
     output_->write(R"(,"frame":)", frame, R"(,"first_pixel":)", first_pixel, R"(,"pixels":)", pixels,
                    R"(,"recovered_slots":)", recovered_slots, "}}");
 }
 
 void ScheduleTrace::page_miss(int renderer, int display, std::int64_t word_address, CycleSpan span) {
-    if (!open_slice(kBuses, bus_thread(renderer), span)) return;
-    output_->write("page miss");
-    open_arguments(span, kBad);
+    if (!open_slice(Slice::kPageMiss, 0, kBuses, bus_thread(renderer), span)) return;
     output_->write(R"(,"word_address":)", word_address, R"(,"display":)", display, "}}");
 }
 
-void ScheduleTrace::wait_of_bus(int renderer, std::string_view what, std::string_view colour,
-                                CycleSpan span) {
-    if (!open_slice(kBuses, bus_thread(renderer), span)) return;
-    output_->write(what);
-    open_arguments(span, colour);
-    output_->write("}}");
-}
-
-void ScheduleTrace::refresh(int renderer, CycleSpan span) { wait_of_bus(renderer, "refresh", kBad, span); }
+void ScheduleTrace::refresh(int renderer, CycleSpan span) { wait_of_bus(Slice::kRefresh, renderer, span); }
 
 void ScheduleTrace::memory_write(int renderer, CycleSpan span) {
-    wait_of_bus(renderer, "link writes", kBad, span);
+    wait_of_bus(Slice::kLinkWrites, renderer, span);
 }
 
-void ScheduleTrace::poll(int renderer, CycleSpan span) { wait_of_bus(renderer, "poll", kGrey, span); }
+void ScheduleTrace::poll(int renderer, CycleSpan span) { wait_of_bus(Slice::kPoll, renderer, span); }
 
 void ScheduleTrace::arbitration(int renderer, CycleSpan span) {
-    wait_of_bus(renderer, "arbitration", kBad, span);
+    wait_of_bus(Slice::kArbitration, renderer, span);
 }
 
-void ScheduleTrace::lost_slot(int renderer, CycleSpan span) {
-    wait_of_bus(renderer, "lost slot", kTerrible, span);
-}
+void ScheduleTrace::lost_slot(int renderer, CycleSpan span) { wait_of_bus(Slice::kLostSlot, renderer, span); }
 
 void ScheduleTrace::buffer_level(int renderer, int display, std::int64_t cycle, int held_pixels) {
     Level& of_buffer = level(renderer, display);
@@ -306,24 +293,15 @@ void ScheduleTrace::write_level(int renderer, int display, std::int64_t cycle, i
 }
 
 void ScheduleTrace::composited(int display, int frame, CycleSpan span) {
-    if (!open_slice(kDisplays, pipeline_thread(display), span)) return;
-    output_->write("composite frame ", frame);
-    open_arguments(span, kAnyColour);
-    output_->write(R"(,"frame":)", frame, "}}");
+    slice_of_frame(Slice::kComposite, kDisplays, pipeline_thread(display), frame, span);
 }
 
 void ScheduleTrace::column_stall(int display, int frame, CycleSpan span) {
-    if (!open_slice(kDisplays, pipeline_thread(display), span)) return;
-    output_->write("stall");
-    open_arguments(span, kTerrible);
-    output_->write(R"(,"frame":)", frame, "}}");
+    slice_of_frame(Slice::kStall, kDisplays, pipeline_thread(display), frame, span);
 }
 
 void ScheduleTrace::shown(int display, int frame, CycleSpan span) {
-    if (!open_slice(kDisplays, screen_thread(display), span)) return;
-    output_->write("shows frame ", frame);
-    open_arguments(span, kAnyColour);
-    output_->write(R"(,"frame":)", frame, "}}");
+    slice_of_frame(Slice::kShows, kDisplays, screen_thread(display), frame, span);
 }
 
 }  // namespace metabuffer::tlm

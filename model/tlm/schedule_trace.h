@@ -5,11 +5,11 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "scenario/scenario.h"
 #include "tlm/schedule_observer.h"
+#include "tlm/schedule_slices.h"
 
 namespace metabuffer::tlm {
 
@@ -62,14 +62,14 @@ class ScheduleTrace final : public ScheduleObserver {
     void shown(int display, int frame, CycleSpan span) override;
 
   private:
-    void wait_of_bus(int renderer, std::string_view what, std::string_view colour, CycleSpan span);
+    void slice_of_frame(Slice kind, int process, std::int64_t thread, int frame, CycleSpan span);
+    void wait_of_bus(Slice kind, int renderer, CycleSpan span);
     class Output;
 
     void write_tracks(const Scenario& scenario);
     CycleSpan in_window(CycleSpan span) const;
     /// False if it is not to be written.
-    [[nodiscard]] bool open_slice(int process, std::int64_t thread, CycleSpan span);
-    void open_arguments(CycleSpan span, std::string_view colour);
+    [[nodiscard]] bool open_slice(Slice kind, int number, int process, std::int64_t thread, CycleSpan span);
 
     /// The level of a composer's buffer.
     struct Level {

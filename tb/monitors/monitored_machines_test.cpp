@@ -78,8 +78,8 @@ void check_counters(const MonitoredMachine& machine) {
         drop = earlier(drop, observer.first_busready_drop_cycle());
         starved = earlier(starved, observer.first_starved_cycle());
     }
-    CHECK(drop == machine.machine().first_busready_drop_cycle());
-    CHECK(starved == machine.machine().first_starved_cycle());
+    CHECK(drop == machine.machine().first_busready_drop().cycle);
+    CHECK(starved == machine.machine().first_starved().cycle);
     for (std::size_t r = 0; r < machine.renderers(); ++r) {
         // What is on its way when a reset begins does not come: the monitors have checked how much that may be.
         const std::vector<Fault>& faults = machine.scenario().faults;

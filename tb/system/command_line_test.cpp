@@ -48,7 +48,7 @@ struct ShownCycles {
 };
 
 ShownCycles shown_cycles(const ProgramResult& result) {
-    const std::regex line("waveform .*: core clocks ([0-9]+) to ([0-9]+)\n");
+    const std::regex line("waveform .*: core clocks ([0-9]+) to ([0-9]+)[\n,]");
     std::smatch match;
     if (!std::regex_search(result.out, match, line)) return {};
     return {std::stoll(match[1]), std::stoll(match[2])};
@@ -724,22 +724,120 @@ TEST_CASE("a trace window can start at the first BUSREADY drop in a burst", "[pr
     CHECK(found);
 }
 
-TEST_CASE("a window whose event does not happen leaves no waveform or schedule and says so",
+TEST_CASE("a trace window can start at the first recovered slot", "[program][trace]") {
+    const Workplace work;
+    const ProgramResult result = work.run(
+        kNarrow + std::vector<std::string>{"--trace", "t.vcd", "--trace-window", "first-recovered-slot",
+                                           "--trace-before", "20", "--trace-after", "30"});
+    REQUIRE(result.status == kExitDone);
+    const ShownCycles cycles = shown_cycles(result);
+    const Waveform waveform(work / "t.vcd");
+    check_time_range(waveform, cycles);
+    // The grant is on the wires in the clock before the edge that takes it.
+    const std::int64_t grant = (cycles.first + 19) * kPeriodPicoseconds;
+    bool found = false;
+    for (const std::string renderer : {"1", "2"}) {
+        const std::string arbiter = "input_framebuffer_" + renderer + ".bus_arbiter.";
+        const std::int64_t recovered = waveform.first_rise(arbiter + "recovered");
+        CHECK((recovered < 0 || recovered >= grant));
+        for (const std::string display : {"1", "2"}) {
+            const std::string composer =
+                "first recovered slot at core clock " + std::to_string(cycles.first + 20) + " in composer_" +
+                renderer + "_" + display + " (renderer " + (renderer == "1" ? "left" : "right") +
+                ", column of display " + display + ")";
+            const bool named = result.out.find(composer) != std::string::npos;
+            found = found || (named && recovered == grant);
+        }
+    }
+    CHECK(found);
+}
+
+TEST_CASE("a window that shows nothing leaves no waveform or schedule, says so, and is an error",
           "[program][trace]") {
     const Workplace work;
-    for (const std::string window :
-         {"first-starved-pixel", "startframe:7", "frames:1-2", "cycles:90000000-90000001", "cycles:0-5"}) {
+    for (const std::string window : {"cycles:90000000-90000001", "cycles:0-5"}) {
         for (const std::string trace : {"t.vcd", "t.json"}) {
             if (trace == "t.vcd" && window == "cycles:0-5") continue;  // a waveform has these clocks
             INFO(window << ", " << trace);
             const ProgramResult result = work.run({"--trace", trace, "--trace-window", window});
-            CHECK(result.status == kExitDone);
+            CHECK(result.status == kExitBadInput);
             CHECK(result.complains_in_one_line());
-            CHECK_THAT(result.err, StartsWith(trace == "t.vcd" ? "no waveform" : "no schedule: "));
+            CHECK_THAT(result.err, StartsWith(trace == "t.vcd" ? "no waveform: " : "no schedule: "));
+            if (window != "cycles:0-5") {
+                const auto last = work.report().at("core_cycles").get<std::int64_t>() - 1;
+                CHECK_THAT(result.err, Contains("begins at core clock 90000000, and the run ends at " +
+                                                std::to_string(last) + "\n"));
+            }
             CHECK_FALSE(work.exists(trace));
             CHECK(work.exists("out/report.json"));
         }
     }
+}
+
+TEST_CASE("an event that does not happen is refused before the run, with the option that brings it about",
+          "[program][trace]") {
+    const Workplace work;
+    const auto no_slots = kNarrow + std::vector<std::string>{"--set", "bus.arbitration=edf"};
+    const auto lost_slots = kNarrow + std::vector<std::string>{"--set", "bus.arbitration=slot-allocation"};
+    const struct {
+        const char* window;
+        std::vector<std::string> settings;
+        const char* why;
+    } cases[] = {
+        {"first-busready-drop", {}, "a composer takes a slot only with room for composer.ready_space_pixels"},
+        {"first-starved-pixel", {}, "bus and memory bring each one in time"},
+        {"first-starved-pixel",
+         {"--set", "composer.on_starvation=stall"},
+         "bus and memory bring each one in time"},
+        {"first-recovered-slot", no_slots, "bus.arbitration edf has no slots"},
+        {"first-recovered-slot", lost_slots,
+         "bus.arbitration slot-allocation lets those that are not used pass"},
+        {"startframe:7", {}, "the run ends with frame 1"},
+        {"frames:1-2", {}, "the run ends with frame 1"},
+    };
+    for (const auto& [window, settings, why] : cases) {
+        for (const std::string trace : {"t.vcd", "t.json"}) {
+            INFO(window << ", " << trace);
+            const std::vector<std::string> options =
+                settings +
+                std::vector<std::string>{"--no-images", "--trace", trace, "--trace-window", window};
+            const ProgramResult refused = work.run(options);
+            CHECK(refused.status == kExitBadInput);
+            CHECK(refused.complains_in_one_line());
+            CHECK_THAT(refused.err,
+                       StartsWith("--trace-window " + std::string(window) + ": ") && Contains(why));
+            CHECK_FALSE(work.exists(trace));
+            CHECK_FALSE(work.exists("out"));
+
+            const std::string it_does = "; it does with ";
+            const std::size_t found = refused.err.find(it_does);
+            REQUIRE(found != std::string::npos);
+            const ProgramResult shown =
+                work.run(options + words_of(refused.err.substr(found + it_does.size())));
+            CHECK(shown.status == kExitDone);
+            CHECK_THAT(shown.out, Contains(" at core clock ") && Contains(" in composer_"));
+            CHECK(work.exists(trace));
+            std::filesystem::remove(work / trace);
+            std::filesystem::remove_all(work / "out");
+        }
+    }
+    const ProgramResult never = work.run({"--set", "composer.buffer_pixels=1000000", "--no-images", "--trace",
+                                          "t.json", "--trace-window", "first-busready-drop"});
+    CHECK(never.status == kExitBadInput);
+    CHECK_THAT(never.err, Contains("BUSREADY never drops in a burst"));
+}
+
+TEST_CASE("a run that the watchdog ends before a window's event runs, and says both", "[program][trace]") {
+    const Workplace work;
+    const std::string stuck =
+        "faults=[{renderer: left, display: 1, kind: busready_low}, {renderer: left, display: 2, kind: "
+        "busready_low}]";
+    const ProgramResult result =
+        work.run({"--set", "watchdog_cycles=2000", "--set", stuck, "--trace", "t.vcd"});
+    CHECK(result.status == kExitWatchdog);
+    CHECK_THAT(result.err, StartsWith("no waveform: ") && Contains("watchdog"));
+    CHECK_FALSE(work.exists("t.vcd"));
+    CHECK(work.exists("out/report.json"));
 }
 
 TEST_CASE("the clock of an event is found where a fault of level rtl moves it", "[program][trace]") {
@@ -960,7 +1058,8 @@ TEST_CASE("a schedule's window holds what the whole schedule has there", "[progr
         CHECK(result.status == kExitDone);
         CHECK(result.err.empty());
         CHECK_THAT(result.out, Contains("schedule t.json: core clocks " + std::to_string(window.first) +
-                                        " to " + std::to_string(window.last) + ", to be opened at"));
+                                        " to " + std::to_string(window.last) + ", ") &&
+                                   Contains(", to be opened at"));
         const Schedule shown = schedule_of(work);
         CHECK(shown.facts.at("window_first_cycle") == window.first);
         CHECK(shown.facts.at("window_last_cycle") == window.last);
@@ -987,7 +1086,7 @@ TEST_CASE("a schedule's window holds what the whole schedule has there", "[progr
 
 TEST_CASE("a schedule's window is put around the event that a waveform's is put around", "[program][trace]") {
     const Workplace work;
-    for (const char* window : {"first-starved-pixel", "first-busready-drop"}) {
+    for (const char* window : {"first-starved-pixel", "first-busready-drop", "first-recovered-slot"}) {
         INFO(window);
         const std::vector<std::string> options =
             kNarrow + std::vector<std::string>{"--set",          "bus.width_bits=256",
@@ -997,10 +1096,14 @@ TEST_CASE("a schedule's window is put around the event that a waveform's is put 
         const ProgramResult waveform = work.run(options + std::vector<std::string>{"--trace", "t.vcd"});
         const ShownCycles cycles = shown_cycles(waveform);
         REQUIRE(cycles.last == cycles.first + 50);
-        REQUIRE(work.run(options + std::vector<std::string>{"--trace", "t.json"}).status == kExitDone);
+        const ProgramResult schedule_run = work.run(options + std::vector<std::string>{"--trace", "t.json"});
+        REQUIRE(schedule_run.status == kExitDone);
         const Schedule schedule = schedule_of(work);
         CHECK(schedule.facts.at("window_first_cycle") == cycles.first);
         CHECK(schedule.facts.at("window_last_cycle") == cycles.last);
+        // Both name the same event.
+        const std::string event = waveform.out.substr(waveform.out.find(", first "));
+        CHECK_THAT(schedule_run.out, Contains(event.substr(0, event.find('\n'))));
     }
 }
 

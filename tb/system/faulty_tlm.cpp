@@ -35,10 +35,10 @@ void corrupt(const std::string& fault, RunReport& report) {
 
 }  // namespace
 
-std::optional<CycleSpan> find_window(const Scenario& scenario, const TraceWindow& window) {
-    std::optional<CycleSpan> range = rtl::find_window(scenario, window);
-    if (scenario.name == "window" && range) ++range->first;
-    return range;
+WindowSearch find_event(const Scenario& scenario, const TraceWindow& window) {
+    WindowSearch search = rtl::find_event(scenario, window);
+    if (scenario.name == "window" && search.event) ++search.event->start.cycle;
+    return search;
 }
 
 RunResult run(const Scenario& scenario, const RunOptions& options) {

@@ -207,7 +207,7 @@ void check_frame_spans(const MachineRun& run) {
     std::int64_t previous_end = -1;
     for (const FrameRecord& frame : run.report().frames) {
         INFO("frame " << frame.index);
-        const std::int64_t startframe = run.machine().startframe_cycle(frame.index);
+        const std::int64_t startframe = run.machine().startframe(frame.index).cycle;
         CHECK(startframe < frame.start_cycle);
         const std::int64_t clocks = frame.end_cycle - frame.start_cycle + 1;
         CHECK(clocks >= undisturbed);

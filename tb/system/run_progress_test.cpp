@@ -58,7 +58,7 @@ TEST_CASE("run progress: a frame has ended when every column has ended it and st
     while (!machine.finished()) {
         for (int frame = 0; frame < kFrames; ++frame) {
             const auto f = static_cast<std::size_t>(frame);
-            starts[f].push_back(machine.startframe_cycle(frame));
+            starts[f].push_back(machine.startframe(frame).cycle);
             ends[f].push_back(machine.frame_end_cycle(frame));
         }
         REQUIRE(machine.raster_pixels_taken() >= taken);

@@ -2,6 +2,7 @@
 
 #include <sysc/tracing/sc_tracing_ids.h>
 
+#include <array>
 #include <catch2/catch.hpp>
 #include <cstdlib>
 #include <filesystem>
@@ -32,6 +33,7 @@ namespace metabuffer::test::trace_window_test {
 namespace {
 
 using Catch::Matchers::Contains;
+using Catch::Matchers::StartsWith;
 using Kind = TraceWindow::Kind;
 
 /// One of its frames takes longer than the run goes on between two checks for a window.
@@ -41,10 +43,10 @@ Scenario long_frames() {
 }
 
 rtl::RunResult run_with(const Scenario& scenario, const TraceWindow& window, const ScratchDirectory& scratch,
-                        const FindWindow& find_window = {}) {
+                        const std::optional<WindowEvent>& event = {}) {
     rtl::RunOptions options;
     // One block that does little, so that the file stays small.
-    options.trace = rtl::TraceRequest{scratch / "window.vcd", window, {"swap_lock"}, "", find_window};
+    options.trace = rtl::TraceRequest{scratch / "window.vcd", window, {"swap_lock"}, "", event};
     return rtl::run(scenario, options);
 }
 
@@ -127,17 +129,19 @@ TEST_CASE("trace window: what each text asks for, up to the largest numbers", "[
         {"all", Kind::kAll, 0, 0},
         {"first-busready-drop", Kind::kFirstBusreadyDrop, 0, 0},
         {"first-starved-pixel", Kind::kFirstStarvedPixel, 0, 0},
+        {"first-recovered-slot", Kind::kFirstRecoveredSlot, 0, 0},
         {"cycles:0-0", Kind::kCycles, 0, 0},
         {"cycles:7-1000000000000000", Kind::kCycles, 7, 1'000'000'000'000'000},
         {"frames:3", Kind::kFrames, 3, 3},
         {"frames:3-3", Kind::kFrames, 3, 3},
-        {"frames:0-1000000", Kind::kFrames, 0, 1'000'000},
+        {"frames:0-999999", Kind::kFrames, 0, 999'999},
         {"startframe:0", Kind::kStartFrame, 0, 0},
-        {"startframe:1000000", Kind::kStartFrame, 1'000'000, 1'000'000},
+        {"startframe:999999", Kind::kStartFrame, 999'999, 999'999},
     };
     for (const ReadWindow& wanted : right) {
         INFO(wanted.text);
         const TraceWindow window = parse_trace_window(wanted.text);
+        CHECK(window.text == wanted.text);
         CHECK(window.kind == wanted.kind);
         CHECK(window.first == wanted.first);
         CHECK(window.last == wanted.last);
@@ -147,11 +151,12 @@ TEST_CASE("trace window: what each text asks for, up to the largest numbers", "[
     std::istringstream list(
         "All all: all:1 cycles cycles: cycles:5 cycles:7- cycles:-7 cycles:7-6 cycles:0-1000000000000001 "
         "cycles:1-2-3 "
-        "frame:0 frames frames: frames:-1 frames:4-3 frames:a frames:0-1000001 frames:1000001 frames:+1 "
+        "frame:0 frames frames: frames:-1 frames:4-3 frames:a frames:0-1000000 frames:1000000 frames:+1 "
         "frames:1x "
-        "frames:99999999999999999999 startframe:1-2 startframe:1-1 startframe:x startframe:1000001 "
+        "frames:99999999999999999999 startframe:1-2 startframe:1-1 startframe:x startframe:1000000 "
         "startframe "
-        "first-starved-pixel:1 first-busready-drop:1 first_starved_pixel 99999999999999999999");
+        "first-starved-pixel:1 first-busready-drop:1 first-recovered-slot:1 first_starved_pixel "
+        "99999999999999999999");
     std::vector<std::string> refused{std::istream_iterator<std::string>(list), {}};
     refused.insert(refused.end(),
                    {"", "cycles:7", "cycles:9-8", "cycles:1- 2", "startframe:0-1", "frames:2-1"});
@@ -182,43 +187,68 @@ TEST_CASE("trace window: it begins with the run at the earliest and has no end b
 
 /// Instead of a machine: what is known of its events.
 struct KnownEvents {
-    std::int64_t startframe = ComposerRecord::kNever;
+    std::int64_t startframe_cycle = ComposerRecord::kNever;
     std::int64_t frame_end = ComposerRecord::kNever;
     std::int64_t busready_drop = ComposerRecord::kNever;
     std::int64_t starved = ComposerRecord::kNever;
 
-    std::int64_t startframe_cycle(int frame) const { return frame == 3 ? startframe : 1000; }
+    std::int64_t recovered = ComposerRecord::kNever;
+
+    MachineEvent startframe(int frame) const { return {frame == 3 ? startframe_cycle : 1000, 1, 1}; }
     std::int64_t frame_end_cycle(int frame) const { return frame == 4 ? frame_end : 1000; }
-    std::int64_t first_busready_drop_cycle() const { return busready_drop; }
-    std::int64_t first_starved_cycle() const { return starved; }
+    MachineEvent first_busready_drop() const { return {busready_drop, 1, 2}; }
+    MachineEvent first_starved() const { return {starved, 2, 1}; }
+    MachineEvent first_recovered_slot() const { return {recovered, 2, 2}; }
 };
 
-std::string as_text(const std::optional<CycleSpan>& range) {
-    return range ? std::to_string(range->first) + " to " + std::to_string(range->last) : "never";
+std::string as_text(const std::optional<WindowEvent>& event) {
+    if (!event) return "never";
+    return std::to_string(event->start.cycle) + " to " + std::to_string(event->last_cycle) + " in " +
+           std::to_string(event->start.renderer) + "," + std::to_string(event->start.display);
 }
 
 TEST_CASE("trace window: each kind has its own event, and none before that has happened", "[system]") {
     const auto event = [](const char* window, const KnownEvents& known) {
         return as_text(event_of(parse_trace_window(window), known));
     };
-    const KnownEvents all{10, 20, 30, 40};
-    CHECK(event("frames:3-4", all) == "10 to 20");
-    CHECK(event("startframe:3", all) == "10 to 10");
-    CHECK(event("first-busready-drop", all) == "30 to 30");
-    CHECK(event("first-starved-pixel", all) == "40 to 40");
+    const KnownEvents all{10, 20, 30, 40, 50};
+    CHECK(event("frames:3-4", all) == "10 to 20 in 1,1");
+    CHECK(event("startframe:3", all) == "10 to 10 in 1,1");
+    CHECK(event("first-busready-drop", all) == "30 to 30 in 1,2");
+    CHECK(event("first-starved-pixel", all) == "40 to 40 in 2,1");
+    CHECK(event("first-recovered-slot", all) == "50 to 50 in 2,2");
     CHECK(event("all", all) == "never");
     CHECK(event("cycles:3-4", all) == "never");
 
-    const KnownEvents at_the_first_clock{0, 0, 0, 0};
+    const KnownEvents at_the_first_clock{0, 0, 0, 0, 0};
     KnownEvents frame_begun;
-    frame_begun.startframe = 10;
+    frame_begun.startframe_cycle = 10;
     CHECK(event("frames:3-4", frame_begun) == "never");
-    for (const char* const window :
-         {"frames:3-4", "startframe:3", "first-busready-drop", "first-starved-pixel"}) {
+    for (const char* const window : {"frames:3-4", "startframe:3", "first-busready-drop",
+                                     "first-starved-pixel", "first-recovered-slot"}) {
         INFO(window);
         CHECK(event(window, {}) == "never");
-        CHECK(event(window, at_the_first_clock) == "0 to 0");
+        CHECK_THAT(event(window, at_the_first_clock), StartsWith("0 to 0 in"));
     }
+}
+
+TEST_CASE("trace window: of events in one clock the first is that of the first renderer, then display",
+          "[system]") {
+    const MachineEvent never;
+    const MachineEvent later{7, 1, 1};
+    const MachineEvent sooner{6, 2, 2};
+    for (const auto& [one, other, first] :
+         std::vector<std::array<MachineEvent, 3>>{{never, sooner, sooner},
+                                                  {later, sooner, sooner},
+                                                  {MachineEvent{6, 2, 1}, sooner, MachineEvent{6, 2, 1}},
+                                                  {MachineEvent{6, 1, 3}, sooner, MachineEvent{6, 1, 3}}}) {
+        for (const MachineEvent& found : {earlier(one, other), earlier(other, one)}) {
+            CHECK(found.cycle == first.cycle);
+            CHECK(found.renderer == first.renderer);
+            CHECK(found.display == first.display);
+        }
+    }
+    CHECK_FALSE(earlier(never, never).happened());
 }
 
 TEST_CASE("trace window: a waveform whose name ends in nothing known is refused", "[system]") {
@@ -236,7 +266,7 @@ TEST_CASE("trace window: a run without a waveform says nothing of one", "[system
     rtl::RunOptions options;
     options.trace = waveform_of(scratch, 0, 10);
     options.trace->window.kind = Kind::kStartFrame;
-    options.trace->find_window = tlm::find_window;
+    options.trace->event = WindowEvent{{10, 1, 1}, 10};
     options.trace.reset();  // what it asked for before counts no more
     const rtl::RunResult result = rtl::run(short_run(), options);
     CHECK_FALSE(result.traced);
@@ -389,7 +419,8 @@ TEST_CASE("trace window: of a frame, from its STARTFRAME to its last pixel even 
     window.kind = Kind::kFrames;
     window.before_cycles = 3;
     window.after_cycles = 5;
-    const rtl::RunResult result = run_with(long_frames(), window, scratch);
+    const rtl::RunResult result =
+        run_with(long_frames(), window, scratch, rtl::find_event(long_frames(), window).event);
     INFO(result.trace_note);
     REQUIRE(result.traced);
     // The top composer starts a clock before its first pixel, and raises STARTFRAME with it.
@@ -406,17 +437,19 @@ TEST_CASE("trace window: level tlm finds the clocks that level rtl finds", "[sys
         INFO("seed " << seed << ": " << describe(scenario));
         const std::string last = std::to_string(scenario.frames - 1);
         for (const std::string& text :
-             {std::string("first-busready-drop"), std::string("first-starved-pixel"), "startframe:" + last,
-              "frames:0-" + last}) {
+             {std::string("first-busready-drop"), std::string("first-starved-pixel"),
+              std::string("first-recovered-slot"), "startframe:" + last, "frames:0-" + last}) {
             const TraceWindow window = parse_trace_window(text);
-            const std::optional<CycleSpan> right = rtl::find_window(scenario, window);
+            const WindowSearch right = rtl::find_event(scenario, window);
+            const WindowSearch sooner = tlm::find_event(scenario, window);
             INFO(text);
-            CHECK(as_text(tlm::find_window(scenario, window)) == as_text(right));
-            found[window.kind] += right ? 1 : 0;
+            CHECK(as_text(sooner.event) == as_text(right.event));
+            if (!right.event) CHECK(sooner.whole_run == right.whole_run);
+            found[window.kind] += right.event ? 1 : 0;
         }
     }
-    for (const Kind kind :
-         {Kind::kFrames, Kind::kStartFrame, Kind::kFirstBusreadyDrop, Kind::kFirstStarvedPixel}) {
+    for (const Kind kind : {Kind::kFrames, Kind::kStartFrame, Kind::kFirstBusreadyDrop,
+                            Kind::kFirstStarvedPixel, Kind::kFirstRecoveredSlot}) {
         INFO(static_cast<int>(kind));
         CHECK(found[kind] > 0);
     }
@@ -427,9 +460,9 @@ TEST_CASE("trace window: level tlm finds clocks without reading an image", "[sys
     unread.renderers.front().images.front() = std::make_shared<const StoredImage>(
         ImageSize{16, 8}, []() -> PixelImage { throw InputError("it cannot be read"); });
     const TraceWindow window = parse_trace_window("startframe:0");
-    const std::optional<CycleSpan> right = rtl::find_window(short_run(), window);
-    REQUIRE(right);
-    CHECK(as_text(tlm::find_window(unread, window)) == as_text(right));
+    const WindowSearch right = rtl::find_event(short_run(), window);
+    REQUIRE(right.event);
+    CHECK(as_text(tlm::find_event(unread, window).event) == as_text(right.event));
 }
 
 TEST_CASE("trace window: level tlm is certain of an event when its frame has been shown", "[system]") {
@@ -444,7 +477,7 @@ TEST_CASE("trace window: level tlm is certain of an event when its frame has bee
     std::vector<std::int64_t> first_starved;
     std::vector<std::int64_t> ends;
     machine.on_frame_shown([&](const DisplayedFrame& shown) {
-        first_starved.push_back(machine.first_starved_cycle());
+        first_starved.push_back(machine.first_starved().cycle);
         ends.push_back(machine.frame_end_cycle(shown.frame));
     });
     machine.on_finished([] { sc_core::sc_pause(); });
@@ -459,12 +492,13 @@ TEST_CASE("trace window: level tlm is certain of an event when its frame has bee
     }
 }
 
-TEST_CASE("trace window: a window that another level found is the same, without a warning", "[system]") {
+TEST_CASE("trace window: a window that another level found is shown, without a warning", "[system]") {
     const ScratchDirectory scratch;
     TraceWindow window;
     window.before_cycles = 3;
     window.after_cycles = 5;
-    const rtl::RunResult result = run_with(long_frames(), window, scratch, tlm::find_window);
+    const rtl::RunResult result =
+        run_with(long_frames(), window, scratch, tlm::find_event(long_frames(), window).event);
     INFO(result.trace_note);
     REQUIRE(result.traced);
     CHECK(result.traced->first == result.report.frames.at(0).start_cycle - 1 - 3);
@@ -472,15 +506,12 @@ TEST_CASE("trace window: a window that another level found is the same, without 
     CHECK(result.trace_warning.empty());
 }
 
-TEST_CASE("trace window: a level that has the event at another clock is detected", "[system]") {
+TEST_CASE("trace window: a search that has the event at another clock is detected", "[system]") {
     const ScratchDirectory scratch;
     TraceWindow window;
     window.before_cycles = 3;
     window.after_cycles = 5;
-    const rtl::RunResult result =
-        run_with(long_frames(), window, scratch, [](const Scenario&, const TraceWindow&) {
-            return CycleSpan{100, 108};
-        });
+    const rtl::RunResult result = run_with(long_frames(), window, scratch, WindowEvent{{103, 1, 1}, 103});
     REQUIRE(result.traced);
     CHECK(result.traced->first == 100);
     const std::int64_t startframe = result.report.frames.at(0).start_cycle - 1;
@@ -489,28 +520,29 @@ TEST_CASE("trace window: a level that has the event at another clock is detected
               std::to_string(startframe - 3) + "-" + std::to_string(startframe + 5));
 }
 
-TEST_CASE("trace window: a level that has the event's end right and its beginning wrong is detected",
+TEST_CASE("trace window: a search that has the event's end right and its beginning wrong is detected",
           "[system]") {
     const ScratchDirectory scratch;
     TraceWindow window;
     window.kind = Kind::kFrames;
-    std::optional<CycleSpan> right;
-    const rtl::RunResult result =
-        run_with(long_frames(), window, scratch, [&right](const Scenario& scenario, const TraceWindow& of) {
-            right = rtl::find_window(scenario, of);
-            REQUIRE(right);
-            return CycleSpan{right->first + 1, right->last};
-        });
+    std::optional<WindowEvent> event = rtl::find_event(long_frames(), window).event;
+    REQUIRE(event);
+    const CycleSpan right = window.around(event->cycles());
+    ++event->start.cycle;
+    const rtl::RunResult result = run_with(long_frames(), window, scratch, event);
     CHECK(result.trace_warning ==
           "what the waveform should show is elsewhere at level rtl; use --trace-window cycles:" +
-              std::to_string(right->first) + "-" + std::to_string(right->last));
+              std::to_string(right.first) + "-" + std::to_string(right.last));
 }
 
 TEST_CASE("trace window: what would happen behind the run's end is no event of it", "[system]") {
     for (const char* const window : {"startframe:1", "frames:1", "frames:0-1"}) {
         INFO(window);
-        CHECK_FALSE(rtl::find_window(short_run(), parse_trace_window(window)));
-        CHECK_FALSE(tlm::find_window(short_run(), parse_trace_window(window)));
+        for (const auto find_event : {rtl::find_event, tlm::find_event}) {
+            const WindowSearch search = find_event(short_run(), parse_trace_window(window));
+            CHECK_FALSE(search.event);
+            CHECK(search.whole_run);
+        }
     }
     // Composers take nothing for a while, and then a frame could start.
     Scenario held_up = short_run();
@@ -520,30 +552,28 @@ TEST_CASE("trace window: what would happen behind the run's end is no event of i
     fault.cycles = 10'000;
     held_up.faults.push_back(fault);
     const TraceWindow startframe = parse_trace_window("startframe:0");
-    const auto found = rtl::find_window(held_up, startframe);
+    const auto found = rtl::find_event(held_up, startframe).event;
     REQUIRE(found);
-    CHECK(found->last > 10'000);
-    CHECK(found->last < 15'000);
+    CHECK(found->start.cycle > 10'000);
+    CHECK(found->start.cycle < 13'000);
     // Before that the watchdog ends the run.
     held_up.watchdog_cycles = 2000;
-    CHECK_FALSE(rtl::find_window(held_up, startframe));
+    const WindowSearch cut_short = rtl::find_event(held_up, startframe);
+    CHECK_FALSE(cut_short.event);
+    CHECK_FALSE(cut_short.whole_run);
 }
 
-TEST_CASE("trace window: a level that has an event which does not happen is detected", "[system]") {
+TEST_CASE("trace window: a search that has an event which does not happen is detected", "[system]") {
     const ScratchDirectory scratch;
     TraceWindow window;
     window.kind = Kind::kFirstStarvedPixel;
-    const rtl::RunResult result =
-        run_with(long_frames(), window, scratch, [](const Scenario&, const TraceWindow&) {
-            return CycleSpan{100, 108};
-        });
+    const rtl::RunResult result = run_with(long_frames(), window, scratch, WindowEvent{{103, 1, 1}, 103});
     CHECK(result.trace_warning == "what the waveform should show does not happen at level rtl");
 }
 
-TEST_CASE("trace window: a level that misses an event is detected", "[system]") {
+TEST_CASE("trace window: a search that misses an event is detected", "[system]") {
     const ScratchDirectory scratch;
-    const rtl::RunResult result = run_with(long_frames(), TraceWindow{}, scratch,
-                                           [](const Scenario&, const TraceWindow&) { return std::nullopt; });
+    const rtl::RunResult result = run_with(long_frames(), TraceWindow{}, scratch);
     CHECK_FALSE(result.traced);
     CHECK(result.trace_note.find("elsewhere at level rtl; use --trace-window cycles:") != std::string::npos);
     CHECK(result.trace_warning.empty());

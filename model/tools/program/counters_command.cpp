@@ -7,6 +7,7 @@
 #include "report/counters.h"
 #include "report/machine_cost.h"
 #include "report/text_table.h"
+#include "tlm/schedule_slices.h"
 #include "tools/exploration/figures.h"
 
 namespace metabuffer {
@@ -69,7 +70,19 @@ ExitStatus CountersCommand::execute() {
                              {"meaning", item.meaning},
                              {"weight", item.weight}});
         }
-        std::cout << Json{{"counters", counters}, {"figures", figures}, {"costs", costs}}.dump(2) << '\n';
+        Json slices = Json::array();
+        for (const tlm::SliceRow& row : tlm::kSliceTable) {
+            Json arguments = Json::array();
+            for (const std::string_view argument : row.arguments) {
+                if (!argument.empty()) arguments.push_back(argument);
+            }
+            slices.push_back({{"name", row.name},
+                              {"arguments", arguments},
+                              {"colour", row.colour},
+                              {"meaning", row.meaning}});
+        }
+        const Json all{{"counters", counters}, {"figures", figures}, {"costs", costs}, {"slices", slices}};
+        std::cout << all.dump(2) << '\n';
         return kExitDone;
     }
     TextTable counters({0, 1, 2, 3});

@@ -18,6 +18,7 @@
 #include "tlm/run.h"
 #include "tlm/schedule_trace.h"
 #include "tools/program/machine_check.h"
+#include "tools/program/missing_event.h"
 #include "tools/program/picture_check.h"
 #include "tools/program/watchdog_lines.h"
 #include "tools/program/wrong_pixel_record.h"
@@ -49,6 +50,25 @@ std::string waveform_header(const Scenario& scenario, const std::filesystem::pat
 
 std::string clocks_text(const CycleSpan& range) {
     return std::to_string(range.first) + " to " + std::to_string(range.last);
+}
+
+/// What a trace's window lies around, found by a run before the run itself; nothing if the window has no event, or if an
+/// error or the watchdog ends the run before it. Throws InputError if the run comes to its end without it.
+std::optional<WindowEvent> find_event(const Scenario& scenario, const TraceWindow& window) {
+    if (window.fixed_cycles()) return std::nullopt;
+    const WindowSearch search = level_tlm_knows_clocks(scenario) ? tlm::find_event(scenario, window)
+                                                                 : rtl::find_event(scenario, window);
+    if (!search.event && search.whole_run) {
+        throw InputError("--trace-window " + window.text + ": " + missing_event_text(scenario, window));
+    }
+    return search.event;
+}
+
+/// What a written trace shows.
+std::string shown_text(const Scenario& scenario, const CycleSpan& shown, const TraceWindow& window,
+                       const std::optional<WindowEvent>& event) {
+    return "core clocks " + clocks_text(shown) +
+           (event ? ", " + event_text(window, *event, scenario) : std::string());
 }
 
 void show(const RunFollower& follower, const DisplayedFrame& displayed,
@@ -101,12 +121,9 @@ void run_rtl(const Scenario& scenario, const LevelRequest& request, const RunFol
         options.on_built = [check](rtl::Metabuffer& machine) { check->attach(machine); };
     }
     if (request.trace) {
-        options.trace = rtl::TraceRequest{request.trace->file,
-                                          request.trace->window,
-                                          request.trace->blocks,
+        options.trace = rtl::TraceRequest{request.trace->file, request.trace->window, request.trace->blocks,
                                           waveform_header(scenario, request.trace->file),
-                                          {}};
-        if (level_tlm_knows_clocks(scenario)) options.trace->find_window = tlm::find_window;
+                                          find_event(scenario, request.trace->window)};
     }
     WrongPixelRecord wrong_pixels(scenario);
     if (request.images) {
@@ -123,7 +140,8 @@ void run_rtl(const Scenario& scenario, const LevelRequest& request, const RunFol
     if (!result.trace_warning.empty()) outcome.trace_note = "waveform: " + result.trace_warning;
     if (result.traced) {
         outcome.trace_line =
-            "waveform " + request.trace->file + ": core clocks " + clocks_text(*result.traced);
+            "waveform " + request.trace->file + ": " +
+            shown_text(scenario, *result.traced, request.trace->window, options.trace->event);
     }
 }
 
@@ -152,11 +170,12 @@ void run_tlm(const Scenario& scenario, const LevelRequest& request, const RunFol
     if (request.check) check.emplace(scenario);
     std::optional<tlm::ScheduleTrace> trace;
     std::optional<CycleSpan> window;
+    std::optional<WindowEvent> event;
     if (request.trace) {
         trace.emplace(request.trace->file, scenario);
         const TraceWindow& wanted = request.trace->window;
-        window = wanted.fixed_cycles();
-        if (!window) window = tlm::find_window(scenario, wanted);
+        event = find_event(scenario, wanted);
+        window = event ? wanted.around(event->cycles()) : wanted.fixed_cycles();
         if (!window) trace.reset();
         if (window && wanted.kind != TraceWindow::Kind::kAll) trace->show_only(*window);
     }
@@ -183,13 +202,15 @@ void run_tlm(const Scenario& scenario, const LevelRequest& request, const RunFol
     if (!window) {
         outcome.trace_note = "no schedule: what the schedule should show does not happen in this run";
     } else if (window->first >= outcome.report.core_cycles) {
-        outcome.trace_note = "no schedule: the run ended before the window began";
+        outcome.trace_note = "no schedule: the window begins at core clock " + std::to_string(window->first) +
+                             ", and the run ends at " + std::to_string(outcome.report.core_cycles - 1);
     } else if (!shown) {
         outcome.trace_note = "no schedule: nothing happens in core clocks " + clocks_text(*window);
     } else {
         outcome.trace_line =
             "schedule " + request.trace->file + ": " +
-            (request.trace->names_window ? "core clocks " + clocks_text(*shown) + ", " : std::string()) +
+            (request.trace->names_window ? shown_text(scenario, *shown, request.trace->window, event) + ", "
+                                         : std::string()) +
             "to be opened at https://ui.perfetto.dev";
     }
 }
@@ -259,6 +280,8 @@ Judgement judge(const LevelOutcome& outcome, const std::string& file, bool stric
     judgement.text += watchdog_lines(file, report);
     if (!report.watchdog.empty() && judgement.status == kExitDone) judgement.status = kExitWatchdog;
     if (judgement.status != kExitDone) return judgement;
+    // The trace that was asked for cannot be had of this run.
+    if (outcome.trace_line.empty() && !outcome.trace_note.empty()) judgement.status = kExitBadInput;
     if (strict && (report.total_starved_pixels() > 0 || report.total_stalled_cycles() > 0 ||
                    report.total_rejected() > 0)) {
         return {kExitStrict, file + ": --strict: " + std::to_string(report.total_starved_pixels()) +

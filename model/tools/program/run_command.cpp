@@ -75,7 +75,8 @@ void RunCommand::add_trace_options() {
     CLI::Option* const window = command().add_option(
         "--trace-window", trace_window_,
         "What a trace shows: startframe:K (a waveform's default, with K = 0), frames:A-B, "
-        "cycles:A-B, first-busready-drop, first-starved-pixel, or all (a schedule's default; a "
+        "cycles:A-B, first-busready-drop, first-starved-pixel, first-recovered-slot, or all (a schedule's "
+        "default; a "
         "waveform of a whole frame takes gigabytes)");
     CLI::Option* const before =
         command()

@@ -8,6 +8,7 @@
 #include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -245,6 +246,39 @@ TEST_CASE("each display has a track of its pipeline and one of its screen", "[sc
     CHECK(events[2]["args"] == Json{{"first_cycle", 400}, {"frame", 4}});
     CHECK(track_of(text, events[2]) == "displays/display 2 screen");
     for (const Json& event : events) CHECK(event["ph"] == "X");
+}
+
+TEST_CASE("every kind of slice is written as its table says", "[schedule]") {
+    const std::vector<Json> events = events_of(machine(), [](ScheduleTrace& trace) {
+        trace.table(1, 7, {0, 0});
+        trace.beats(1, 2, 7, 0, 8, 0, {1, 1});
+        trace.beats(1, 2, 7, 8, 8, 3, {2, 2});
+        trace.page_miss(1, 2, 16, {3, 3});
+        trace.refresh(1, {4, 4});
+        trace.memory_write(1, {5, 5});
+        trace.arbitration(1, {6, 6});
+        trace.poll(1, {7, 7});
+        trace.lost_slot(1, {8, 8});
+        trace.composited(2, 7, {9, 9});
+        trace.column_stall(2, 7, {10, 10});
+        trace.shown(2, 7, {11, 11});
+    });
+    REQUIRE(events.size() == tlm::kSliceTable.size());
+    for (std::size_t kind = 0; kind < events.size(); ++kind) {
+        const tlm::SliceRow& row = tlm::kSliceTable[kind];
+        INFO(row.name);
+        std::string name(row.name);
+        for (char& letter : name) letter = letter == 'F' ? '7' : letter == 'D' ? '2' : letter;
+        CHECK(events[kind]["name"] == name);
+        CHECK(events[kind].value("cname", "") == row.colour_name);
+        CHECK_FALSE(row.meaning.empty());
+        std::set<std::string> arguments{"first_cycle"};
+        for (const std::string_view argument : row.arguments) arguments.emplace(argument);
+        arguments.erase("");
+        std::set<std::string> written;
+        for (const auto& item : events[kind]["args"].items()) written.insert(item.key());
+        CHECK(written == arguments);
+    }
 }
 
 TEST_CASE("each composer's buffer is a counter, written where it changes", "[schedule]") {
