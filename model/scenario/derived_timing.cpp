@@ -1,6 +1,7 @@
 #include "scenario/derived_timing.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "datapath/arbitration/arbitration_table.h"
 #include "datapath/slot_table.h"
@@ -44,15 +45,65 @@ std::int64_t least_refresh_interval_cycles(const MemoryConfig& memory) {
            std::int64_t{2} * longest_write_cycles(memory, memory.write_block_words);
 }
 
-std::int64_t shortest_link_period_picoseconds(const Scenario& scenario, std::size_t renderer) {
-    constexpr std::int64_t kMillion = 1'000'000;
+std::int64_t longest_last_write_cycles(const MemoryConfig& memory, std::int64_t words) {
+    const auto last = static_cast<int>(std::min<std::int64_t>(memory.write_block_words, words));
+    return std::int64_t{longest_write_delay_cycles(memory)} + longest_write_cycles(memory, last);
+}
+
+std::int64_t verdict_link_clocks(const Renderer& renderer) {
+    return std::int64_t{DviTiming::kVerticalFrontLines} * renderer.timing().line_clocks();
+}
+
+namespace {
+
+constexpr std::int64_t kMillion = 1'000'000;
+
+std::int64_t quotient_up(std::int64_t value, std::int64_t divisor) { return (value + divisor - 1) / divisor; }
+
+/// By how much a renderer's link is faster than its clock, at the most.
+std::int64_t fastest_drift_ppm(const Scenario& scenario, std::size_t renderer) {
     std::int64_t fastest_ppm = 0;
     for (const Fault& fault : scenario.faults) {
         if (fault.kind == FaultKind::kDrift && static_cast<std::size_t>(fault.renderer) == renderer) {
             fastest_ppm = std::max<std::int64_t>(fastest_ppm, fault.ppm);
         }
     }
-    return clock_period_picoseconds(scenario.clocks.dvi_in_mhz) * kMillion / (kMillion + fastest_ppm);
+    return fastest_ppm;
+}
+
+}  // namespace
+
+std::int64_t shortest_link_period_picoseconds(const Scenario& scenario, std::size_t renderer) {
+    return clock_period_picoseconds(scenario.clocks.dvi_in_mhz) * kMillion /
+           (kMillion + fastest_drift_ppm(scenario, renderer));
+}
+
+std::int64_t longest_core_period_picoseconds(const Scenario& scenario) {
+    const MemoryConfig& memory = scenario.memory;
+    std::int64_t period = std::numeric_limits<std::int64_t>::max();
+    for (std::size_t r = 0; r < scenario.renderers.size(); ++r) {
+        const Renderer& renderer = scenario.renderers[r];
+        const std::int64_t link = shortest_link_period_picoseconds(scenario, r);
+        period = std::min({period, memory.write_block_words * link / least_block_cycles(memory),
+                           verdict_link_clocks(renderer) * link /
+                               longest_last_write_cycles(memory, renderer.image_words())});
+    }
+    return period;
+}
+
+std::int64_t shortest_dvi_in_period_picoseconds(const Scenario& scenario) {
+    const MemoryConfig& memory = scenario.memory;
+    const std::int64_t core = clock_period_picoseconds(scenario.clocks.core_mhz);
+    std::int64_t period = 0;
+    for (std::size_t r = 0; r < scenario.renderers.size(); ++r) {
+        const Renderer& renderer = scenario.renderers[r];
+        const std::int64_t link =
+            std::max(quotient_up(least_block_cycles(memory) * core, std::int64_t{memory.write_block_words}),
+                     quotient_up(longest_last_write_cycles(memory, renderer.image_words()) * core,
+                                 verdict_link_clocks(renderer)));
+        period = std::max(period, quotient_up(link * (kMillion + fastest_drift_ppm(scenario, r)), kMillion));
+    }
+    return period;
 }
 
 int longest_word_wait_cycles(const Scenario& scenario) {

@@ -21,6 +21,12 @@ int lost_slot_cycles(const Scenario& scenario);
 /// another opened, and the words follow. words: of the block.
 int longest_write_cycles(const MemoryConfig& memory, int words);
 
+/// The most core clocks from a pair's last word to the end of its writing, which its verdict must wait for. words: of its
+/// image.
+std::int64_t longest_last_write_cycles(const MemoryConfig& memory, std::int64_t words);
+/// The clocks of a link from a pair's last word to its verdict.
+std::int64_t verdict_link_clocks(const Renderer& renderer);
+
 /// The most core clocks from a block's last word to the end of its writing: two registers of the core clock and a clock
 /// to begin, a page that is being opened, a refresh before which the writing would not end, and the writing.
 int longest_write_delay_cycles(const MemoryConfig& memory);
@@ -36,6 +42,11 @@ std::int64_t least_refresh_interval_cycles(const MemoryConfig& memory);
 
 /// The clock period of a renderer's link where its drift makes it fastest.
 std::int64_t shortest_link_period_picoseconds(const Scenario& scenario, std::size_t renderer);
+
+/// With shared ports, the clock periods with which the link's words are written in time on every link, each with the
+/// others as they are: the core clock may have this period or a shorter one, the DVI input clock this or a longer one.
+std::int64_t longest_core_period_picoseconds(const Scenario& scenario);
+std::int64_t shortest_dvi_in_period_picoseconds(const Scenario& scenario);
 
 /// The most core clocks that a burst waits for its next word: a page miss; with refreshes, one that a refresh interrupts,
 /// so that the page is opened again. With shared ports up to three blocks of the link's words may come between, and each

@@ -54,6 +54,11 @@ void check_keys(RuleCheck& check, const Scenario& scenario) {
     }
 }
 
+/// A message names clocks and rates to the thousandth, on the side that is accepted.
+constexpr double kThousandths = 1000.0;
+double rounded_down(double number) { return std::floor(number * kThousandths) / kThousandths; }
+double rounded_up(double number) { return std::ceil(number * kThousandths) / kThousandths; }
+
 /// A clock that a refresh rate gives: its MHz may be given too if they agree.
 void check_refresh_rate(RuleCheck& check, const std::string& clock, double refresh_hz, const DviTiming& mode,
                         double mhz) {
@@ -61,10 +66,12 @@ void check_refresh_rate(RuleCheck& check, const std::string& clock, double refre
     const double needed_mhz = mhz_of_refresh(refresh_hz, mode);
     const std::string path = "clocks." + clock;
     const ValueRule& rule = scenario_schema().find(path + "_mhz")->rule;
+    const double rate_of_mhz = 1.0 / mhz_of_refresh(1.0, mode);
     check.require(rule.complaint(needed_mhz).empty(), path + "_refresh_hz",
                   text::number(refresh_hz) + " frames of " + std::to_string(mode.frame_clocks()) +
-                      " clocks need " + text::number(needed_mhz) + " MHz; use a rate for which " + clock +
-                      "_mhz is " + text::range(rule.number));
+                      " clocks need " + text::number(needed_mhz) + " MHz; use " +
+                      text::range(NumberRange{rounded_up(rule.number.low * rate_of_mhz),
+                                              rounded_down(rule.number.high * rate_of_mhz)}));
     check.require(std::abs(mhz - needed_mhz) <= kRounding * needed_mhz, path + "_mhz",
                   text::number(mhz) + " is not what " + clock + "_refresh_hz needs, " +
                       text::number(needed_mhz) + "; use one of the two");
@@ -75,11 +82,19 @@ void check_link_refresh_rate(RuleCheck& check, const Scenario& scenario) {
     const std::optional<double>& refresh_hz = scenario.clocks.given_dvi_in_refresh_hz;
     if (!refresh_hz || check.failed()) return;
     const DviTiming first = scenario.renderers.front().timing();
+    double enough_mhz = 0.0;
+    for (const Renderer& renderer : scenario.renderers) {
+        enough_mhz = std::max(enough_mhz, rounded_up(mhz_of_refresh(*refresh_hz, renderer.timing())));
+    }
+    const bool is_clock = scenario_schema().find("clocks.dvi_in_mhz")->rule.complaint(enough_mhz).empty();
     for (const Renderer& renderer : scenario.renderers) {
         const DviTiming mode = renderer.timing();
         check.require(mode.frame_clocks() == first.frame_clocks(), "clocks.dvi_in_refresh_hz",
                       "needs images of one size, and " + text::quoted(renderer.name) + " and " +
-                          text::quoted(scenario.renderers.front().name) + " differ; use dvi_in_mhz");
+                          text::quoted(scenario.renderers.front().name) + " differ; use dvi_in_mhz" +
+                          (is_clock ? ": " + text::number(enough_mhz) + ", with which each link has " +
+                                          text::number(*refresh_hz) + " frames a second or more"
+                                    : ""));
     }
     check_refresh_rate(check, "dvi_in", *refresh_hz, first, scenario.clocks.dvi_in_mhz);
 }
@@ -92,15 +107,38 @@ void check_refresh(RuleCheck& check, const MemoryConfig& memory) {
                       std::to_string(interval) + " without refresh_cycles; use both, or neither");
         return;
     }
-    check.require(
-        interval > 0, "memory.refresh_cycles",
-        std::to_string(memory.refresh_cycles) + " without refresh_interval_cycles; use both, or neither");
     const std::int64_t least = least_refresh_interval_cycles(memory);
+    check.require(interval > 0, "memory.refresh_cycles",
+                  std::to_string(memory.refresh_cycles) + " without refresh_interval_cycles; use one of " +
+                      std::to_string(least) + " or more, or neither");
     check.require(interval >= least, "memory.refresh_interval_cycles",
                   std::to_string(interval) + " leaves no cycle for a beat besides refresh_cycles" +
                       (memory.shared() ? ", page_miss_cycles and two blocks of the link's words"
                                        : " and page_miss_cycles") +
                       "; use " + std::to_string(least) + " or more");
+}
+
+/// With shared ports: the nearest clocks with which the link's words are written in time.
+std::vector<std::string> clocks_for_writing(const Scenario& scenario) {
+    std::vector<std::string> clocks;
+    const auto add = [&clocks](const std::string& key, double value, const char* side) {
+        const ValueRule& rule = scenario_schema().find("clocks." + key)->rule;
+        if (rule.complaint(value).empty()) clocks.push_back(key + " " + text::number(value) + side);
+    };
+    constexpr double kPicoseconds = 1.0e6;  // of a MHz's period
+    // Periods are rounded to whole picoseconds.
+    const double above_mhz =
+        kPicoseconds / (static_cast<double>(longest_core_period_picoseconds(scenario)) + 0.5);
+    add("core_mhz", (std::floor(above_mhz * kThousandths) + 1.0) / kThousandths, " or more");
+    const double link_mhz =
+        kPicoseconds / (static_cast<double>(shortest_dvi_in_period_picoseconds(scenario)) - 0.5);
+    if (scenario.clocks.given_dvi_in_refresh_hz) {
+        const DviTiming mode = scenario.renderers.front().timing();
+        add("dvi_in_refresh_hz", rounded_down(link_mhz / mhz_of_refresh(1.0, mode)), " or less");
+    } else {
+        add("dvi_in_mhz", rounded_down(link_mhz), " or less");
+    }
+    return clocks;
 }
 
 /// With shared ports each block of the link's words must be written before the next one is there, so that none is lost.
@@ -118,21 +156,21 @@ void check_write_blocks(RuleCheck& check, const Scenario& scenario, std::size_t 
     const int words = memory.write_block_words;
     const std::int64_t comes = words * link_period / core_period;
     const int least = least_block_cycles(memory);
+    const std::int64_t ends = longest_last_write_cycles(memory, renderer.image_words());
+    const std::int64_t verdict = verdict_link_clocks(renderer) * link_period / core_period;
+    if (comes >= least && verdict >= ends) return;
+    std::vector<std::string> remedies = clocks_for_writing(scenario);
+    remedies.emplace_back("more words_per_cycle");
+    remedies.emplace_back(comes < least ? "larger blocks" : "smaller blocks");
+    const std::string use = "; use " + text::joined(remedies, "or");
     check.require(comes >= least, "memory.write_block_words",
                   std::to_string(words) + " words of " + of_link + " come in " + std::to_string(comes) +
                       " core cycles, and until they are written and the bus has its page open again " +
-                      std::to_string(least) +
-                      " may pass; use more words_per_cycle, a faster core_mhz or larger blocks");
-    const auto last = static_cast<int>(std::min<std::int64_t>(words, renderer.image_words()));
-    const std::int64_t ends =
-        std::int64_t{longest_write_delay_cycles(memory)} + longest_write_cycles(memory, last);
-    const std::int64_t verdict = std::int64_t{DviTiming::kVerticalFrontLines} *
-                                 renderer.timing().line_clocks() * link_period / core_period;
+                      std::to_string(least) + " may pass" + use);
     check.require(verdict >= ends, "memory.write_block_words",
                   std::to_string(words) + " words may be written as late as " + std::to_string(ends) +
                       " core cycles after the last pixel of " + of_link + " whose pair is judged after " +
-                      std::to_string(verdict) +
-                      "; use smaller blocks, more words_per_cycle or a faster core_mhz");
+                      std::to_string(verdict) + use);
 }
 
 /// The rules between keys.
@@ -152,15 +190,21 @@ void check_machine(RuleCheck& check, const Scenario& scenario) {
                       std::to_string(memory.page_miss_cycles) + " or less");
     if (memory.given_activate_cycles) {
         const int sum = memory.precharge_cycles + *memory.given_activate_cycles;
-        check.require(sum == memory.page_miss_cycles, "memory.page_miss_cycles",
-                      std::to_string(memory.page_miss_cycles) +
-                          " is not precharge_cycles + activate_cycles, " + std::to_string(sum) +
-                          "; leave it out, or activate_cycles");
+        check.require(
+            sum == memory.page_miss_cycles, "memory.page_miss_cycles",
+            std::to_string(memory.page_miss_cycles) + " is not precharge_cycles + activate_cycles, " +
+                std::to_string(memory.precharge_cycles) + " + " +
+                std::to_string(*memory.given_activate_cycles) + "; use " + std::to_string(sum) +
+                ", or activate_cycles: " + std::to_string(memory.page_miss_cycles - memory.precharge_cycles));
     }
-    check.require(!memory.shared() || memory.page_words % memory.write_block_words == 0,
-                  "memory.write_block_words",
-                  std::to_string(memory.write_block_words) + " does not divide page_words, " +
-                      std::to_string(memory.page_words) + "; use a divisor of it");
+    if (memory.shared()) {
+        int divisor = std::min(memory.write_block_words, memory.page_words);
+        while (memory.page_words % divisor != 0) --divisor;
+        check.require(divisor == memory.write_block_words, "memory.write_block_words",
+                      std::to_string(memory.write_block_words) + " does not divide page_words, " +
+                          std::to_string(memory.page_words) + "; use " + std::to_string(divisor) +
+                          " or another divisor of it");
+    }
     check_refresh(check, memory);
     const int in_flight = in_flight_pixels(scenario.bus, scenario.memory);
     check.require(scenario.composer.ready_space_pixels >= in_flight, "composer.ready_space_pixels",
@@ -206,7 +250,8 @@ void check_names(RuleCheck& check, const Scenario& scenario) {
     check.require(displays * renderers <= limits::kComposers, "renderers",
                   std::to_string(renderers) + " renderers on " + std::to_string(displays) +
                       " displays need " + std::to_string(displays * renderers) + " composers; use at most " +
-                      std::to_string(limits::kComposers));
+                      std::to_string(limits::kComposers) + ", which is " +
+                      std::to_string(limits::kComposers / displays) + " renderers");
     // The scenario's name is that of its results' folder.
     const bool plain_name =
         scenario.name.find('/') == std::string::npos && scenario.name != "." && scenario.name != "..";

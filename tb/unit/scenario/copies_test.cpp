@@ -81,7 +81,9 @@ TEST_CASE("copies: faults name one of them, and what is wrong is reported at the
         {with_copies("65536"),
          at + "makes 65537 renderers and 131072 frames so far; use at most 65536 and 1000000"},
         {with_copies("65535"),
-         "test.yaml:2: renderers: 65537 renderers on 1 displays need 65537 composers; use at most 65536"},
+         "test.yaml:2: renderers: 65537 renderers on 1 displays need 65537 composers; use at most 65536, "
+         "which is "
+         "65536 renderers"},
         // ball, cube_1 to cube_3: the third entry is the machine's fifth renderer.
         {with_copies("3"),
          {"renderers.2.name=cube_2"},

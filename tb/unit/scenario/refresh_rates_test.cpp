@@ -26,11 +26,25 @@ TEST_CASE("refresh rates: the links' clock by the mode of the images") {
                             "  - frames:\n      - {image: other.exr, viewport: {x: 0, y: 0}}\n";
     CHECK(fixture.error(two) ==
           "test.yaml:1: clocks.dvi_in_refresh_hz: needs images of one size, and 'renderer_2' and "
-          "'renderer_1' differ; use dvi_in_mhz");
+          "'renderer_1' differ; use dvi_in_mhz: 0.288, with which each link has 120 frames a second or more");
+    // The larger image's mode has 96 x 25 clocks.
+    const Scenario at_clock =
+        fixture.parse(fixture.minimal("clocks: {dvi_in_mhz: 0.288}\n") + two.substr(two.rfind("  - frames")));
+    CHECK(0.288 == Approx(mhz_of_refresh(120.0, at_clock.renderers[1].timing())));
+    CHECK(0.288 > mhz_of_refresh(120.0, at_clock.renderers[0].timing()));
     CHECK(fixture.error(fixture.minimal("clocks: {dvi_in_refresh_hz: 1e8}\n"))
               .rfind("test.yaml:1: clocks.dvi_in_refresh_hz: 1e+08 frames of 2304 clocks need 230400 MHz; "
-                     "use a rate for which dvi_in_mhz is 0.001 to 10000",
+                     "use 0.435 to 4340277.777",
                      0) == 0);
+    for (const char* const accepted : {"0.435", "4340277.777"}) {
+        CHECK(fixture.error(fixture.minimal(std::string("clocks: {dvi_in_refresh_hz: ") + accepted + "}\n"))
+                  .empty());
+    }
+    for (const char* const refused : {"0.434", "4340277.778"}) {
+        CHECK_FALSE(
+            fixture.error(fixture.minimal(std::string("clocks: {dvi_in_refresh_hz: ") + refused + "}\n"))
+                .empty());
+    }
 }
 
 TEST_CASE(

@@ -2,11 +2,13 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <regex>
 #include <string>
 
 #include "host/text.h"
 #include "scenario/fault_keys.h"
 #include "scenario/names.h"
+#include "support/random_seed.h"
 #include "support/scenarios.h"
 #include "unit/scenario/scenario_fixture.h"
 
@@ -97,10 +99,22 @@ TEST_CASE("rules: settings") {
              s.memory.precharge_cycles = 2;
              s.memory.given_activate_cycles = 3;
          },
-         "memory.page_miss_cycles: 6 is not precharge_cycles + activate_cycles, 5; leave it out, or "
-         "activate_cycles"},
+         "memory.page_miss_cycles: 6 is not precharge_cycles + activate_cycles, 2 + 3; use 5, or "
+         "activate_cycles: "
+         "4"},
+        {[](auto& s) {
+             s.memory.precharge_cycles = 2;
+             s.memory.given_activate_cycles = 3;
+             s.memory.page_miss_cycles = 5;
+         },
+         ""},
+        {[](auto& s) {
+             s.memory.precharge_cycles = 2;
+             s.memory.given_activate_cycles = 4;
+         },
+         ""},
         {[](auto& s) { s.memory.refresh_cycles = 5; },
-         "memory.refresh_cycles: 5 without refresh_interval_cycles; use both, or neither"},
+         "memory.refresh_cycles: 5 without refresh_interval_cycles; use one of 12 or more, or neither"},
         {[](auto& s) { s.memory.refresh_interval_cycles = 50; },
          "memory.refresh_interval_cycles: 50 without refresh_cycles; use both, or neither"},
     });
@@ -129,12 +143,17 @@ TEST_CASE("rules: settings") {
         };
     };
     check_refusals<Change>(error_after)({
-        {shared(48, 0), "memory.write_block_words: 48 does not divide page_words, 64; use a divisor of it"},
+        {shared(48, 0),
+         "memory.write_block_words: 48 does not divide page_words, 64; use 32 or another divisor of it"},
+        {shared(32, 0), ""},
+        {shared(65, 0),
+         "memory.write_block_words: 65 does not divide page_words, 64; use 64 or another divisor of it"},
         // Three clocks to cross, a page that is being opened, 6 + 4 to write, and the page again.
         {shared(8, 0),
          "memory.write_block_words: 8 words of renderers[0] come in 16 core cycles, and until they are "
-         "written and the bus has its page open again 25 may pass; use more words_per_cycle, a faster "
-         "core_mhz or larger blocks"},
+         "written and the bus has its page open again 25 may pass; use core_mhz 156.238 or more, dvi_in_mhz "
+         "32 or "
+         "less, more words_per_cycle or larger blocks"},
         {shared(16, 0), ""},
         // After the last pixel the last block is written, however many there are before it.
         {[&shared](Scenario& s) {
@@ -144,8 +163,7 @@ TEST_CASE("rules: settings") {
          ""},
         {shared(16, 100),
          "memory.write_block_words: 16 words of renderers[0] come in 32 core cycles, and until they are "
-         "written and the bus has its page open again 48 may pass; use more words_per_cycle, a faster "
-         "core_mhz or larger blocks"},
+         "written and the bus has its page open again 48 may pass; use ..."},
     });
     // That must be over when the pair is judged: 3 clocks to cross, 3 pages to open, 64 + 64 to write.
     const auto judged_early = [&shared](int page_miss) {
@@ -159,8 +177,9 @@ TEST_CASE("rules: settings") {
     CHECK(error_after(judged_early(20)).empty());
     CHECK(error_after(judged_early(21)) ==
           "memory.write_block_words: 128 words may be written as late as 194 core cycles after the last "
-          "pixel of renderers[0] whose pair is judged after 192; use smaller blocks, more words_per_cycle or "
-          "a faster core_mhz");
+          "pixel of renderers[0] whose pair is judged after 192; use core_mhz 101.046 or more, dvi_in_mhz "
+          "49.484 or "
+          "less, more words_per_cycle or smaller blocks");
     // An image of 112 words has no full block: 3 + 3 * 23 + 64 + 56 are the 192 clocks to the clock.
     const auto one_block = [&judged_early](int page_miss) {
         return [&judged_early, page_miss](Scenario& s) {
@@ -185,8 +204,7 @@ TEST_CASE("rules: settings") {
         {drifting(6), ""},
         {drifting(7),
          "memory.write_block_words: 16 words of renderers[0], with the drift of its link, come in 29 core "
-         "cycles, and until they are written and the bus has its page open again 32 may pass; use more "
-         "words_per_cycle, a faster core_mhz or larger blocks"},
+         "cycles, and until they are written and the bus has its page open again 32 may pass; use ..."},
         {shared(32, 61),
          "memory.refresh_interval_cycles: 61 leaves no cycle for a beat besides refresh_cycles, "
          "page_miss_cycles and two blocks of the link's words; use 62 or more"},
@@ -215,6 +233,94 @@ TEST_CASE("rules: settings") {
     });
 }
 
+/// The number that a refusal names with a key; none if it names none.
+std::optional<double> named(const std::string& message, const std::string& key) {
+    std::smatch match;
+    if (!std::regex_search(message, match, std::regex(key + " ([0-9.e+-]+) or (more|less)")))
+        return std::nullopt;
+    return std::stod(match[1]);
+}
+
+/// With shared ports: a link of that clock, perhaps one that drifts, beside a slower or smaller one.
+Scenario random_shared_ports(Random& random) {
+    Scenario scenario =
+        with_renderer(built(), renderer_of({PixelImage(16, random.between(1, 40))}, {segment_row({16, 1})}));
+    scenario.renderers.back().name = "sea";
+    scenario.clocks = {random.between(20, 4000) / 10.0, random.between(20, 4000) / 10.0, 50.0};
+    MemoryConfig& memory = scenario.memory;
+    memory.ports = MemoryPorts::kShared;
+    memory.page_words = 256;
+    memory.write_block_words = 1 << random.between(2, 8);
+    memory.words_per_cycle = random.between(1, 4);
+    memory.page_miss_cycles = random.between(0, 12);
+    scenario.composer.ready_space_pixels = default_ready_space_pixels(scenario.bus, memory);
+    for (int renderer = 0; renderer < 2; ++renderer) {
+        Fault drift;
+        drift.kind = FaultKind::kDrift;
+        drift.renderer = renderer;
+        drift.ppm = random.between(-100'000, 100'000);
+        if (random.one_in(3)) scenario.faults.push_back(drift);
+    }
+    return scenario;
+}
+
+TEST_CASE("rules: a clock that a refusal names is accepted, and one that is a thousandth worse is not") {
+    const std::uint64_t seed = random_seed(17);
+    INFO("METABUFFER_SEED=" << seed);
+    Random random(seed);
+    int core_clocks = 0;
+    int link_clocks = 0;
+    int rates = 0;
+    const auto accepted = [](const Scenario& scenario) {
+        return input_error_of([&] { check_scenario(scenario); }).empty();
+    };
+    for (int i = 0; i < 300; ++i) {
+        const Scenario scenario = random_shared_ports(random);
+        const std::string message = input_error_of([&] { check_scenario(scenario); });
+        if (message.empty()) continue;
+        INFO(message);
+        Scenario changed = scenario;
+        if (const auto core_mhz = named(message, "core_mhz")) {
+            ++core_clocks;
+            changed.clocks.core_mhz = *core_mhz;
+            CHECK(accepted(changed));
+            changed.clocks.core_mhz = *core_mhz - 0.001;
+            CHECK_FALSE(accepted(changed));
+        }
+        changed = scenario;
+        if (const auto link_mhz = named(message, "dvi_in_mhz")) {
+            ++link_clocks;
+            changed.clocks.dvi_in_mhz = *link_mhz;
+            CHECK(accepted(changed));
+            changed.clocks.dvi_in_mhz = *link_mhz + 0.001;
+            CHECK_FALSE(accepted(changed));
+        }
+        // The same as a refresh rate, which is for images of one size.
+        changed = scenario;
+        changed.renderers.resize(1);
+        changed.faults.clear();
+        const auto set_rate = [&changed](double refresh_hz) {
+            changed.clocks.given_dvi_in_refresh_hz = refresh_hz;
+            changed.clocks.dvi_in_mhz = mhz_of_refresh(refresh_hz, changed.renderers[0].timing());
+        };
+        set_rate(scenario.clocks.dvi_in_mhz / mhz_of_refresh(1.0, changed.renderers[0].timing()));
+        const auto rate = named(input_error_of([&] { check_scenario(changed); }), "dvi_in_refresh_hz");
+        if (!rate) continue;
+        ++rates;
+        set_rate(*rate);
+        CHECK(accepted(changed));
+        set_rate(*rate + 0.001);
+        // A clock is made of whole picoseconds, so a thousandth may change nothing.
+        if (clock_period_picoseconds(changed.clocks.dvi_in_mhz) !=
+            clock_period_picoseconds(mhz_of_refresh(*rate, changed.renderers[0].timing()))) {
+            CHECK_FALSE(accepted(changed));
+        }
+    }
+    CHECK(core_clocks > 20);
+    CHECK(link_clocks > 20);
+    CHECK(rates > 20);
+}
+
 TEST_CASE("rules: renderers, faults, images and tables") {
     check_refusals<Change>(error_after)({
         {[](auto& s) { s.renderers.clear(); }, "renderers: has no entries; use at least one renderer"},
@@ -231,7 +337,8 @@ TEST_CASE("rules: renderers, faults, images and tables") {
                  s.renderers.back().name += std::to_string(i);
              }
          },
-         "renderers: 17 renderers on 4096 displays need 69632 composers; use at most 65536"},
+         "renderers: 17 renderers on 4096 displays need 69632 composers; use at most 65536, which is 16 "
+         "renderers"},
         {[](auto& s) {
              s.faults.push_back({1, 0, FaultKind::kCrc});
          },
