@@ -32,7 +32,8 @@ constexpr const char* kHelp =
     "legal buffer,\n"
     "bound, smallest buffer without a starved pixel in the simulation, whether the machine of the bound "
     "starves,\n"
-    "how its composers magnify.\n";
+    "how its composers magnify, what its memory and bus have besides: banks, refresh, shared ports, delays,\n"
+    "an arbiter that takes time.\n";
 
 /// The smallest buffer with which nothing starves. A larger buffer may starve where a smaller one does not, since
 /// columns then start at other times. So some sizes below the one that is found are tried, too.
@@ -63,6 +64,20 @@ std::int64_t simulated_minimum(const Scenario& scenario, std::int64_t least, std
     return enough;
 }
 
+/// What a machine has of memory and bus, words joined by "+"; "plain" if it has nothing of it.
+std::string kind_of(const Scenario& scenario) {
+    std::string kind;
+    const auto add = [&kind](bool has, const char* name) {
+        if (has) kind += (kind.empty() ? "" : "+") + std::string(name);
+    };
+    add(scenario.memory.banks > 1, "banks");
+    add(scenario.memory.refreshes(), "refresh");
+    add(scenario.memory.shared(), "shared");
+    add(bus_loop_cycles(scenario.bus, scenario.memory) > 0, "delays");
+    add(scenario.bus.arbiter_takes_time(), "arbiter");
+    return kind.empty() ? "plain" : kind;
+}
+
 void measure(const Scenario& scenario) {
     const analysis::Analysis analysis = analysis::analyze(scenario);
     double load = 0.0;
@@ -77,7 +92,8 @@ void measure(const Scenario& scenario) {
               << (whole_bursts ? "whole" : "cut") << ' ' << analysis.least_buffer_pixels << ' ' << bound
               << ' ' << simulated_minimum(scenario, analysis.least_buffer_pixels, bound) << ' '
               << (starves ? "starves" : "safe") << ' '
-              << row_of(kSmoothingTable, scenario.composer.smoothing).name << std::endl;
+              << row_of(kSmoothingTable, scenario.composer.smoothing).name << ' ' << kind_of(scenario)
+              << std::endl;
 }
 
 std::optional<std::uint64_t> whole_number(std::string_view text) {

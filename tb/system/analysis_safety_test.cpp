@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "load_scenario.h"
 #include "random_scenario.h"
@@ -104,6 +105,44 @@ TEST_CASE("machines sized by the bound do not starve of seeds 1 to 200",
     check_machines(1, kQuickMachines);
 }
 
+TEST_CASE("half of the buffer is too small for most machines of each kind", "[system][analysis][random]") {
+    struct Kind {
+        const char* name;
+        bool (*has)(const Scenario& scenario);
+        int machines = 0;
+        int close = 0;
+    };
+    std::vector<Kind> kinds{
+        {"banks", [](const Scenario& scenario) { return scenario.memory.banks > 1; }},
+        {"refresh", [](const Scenario& scenario) { return scenario.memory.refreshes(); }},
+        {"shared ports", [](const Scenario& scenario) { return scenario.memory.shared(); }},
+        {"delays",
+         [](const Scenario& scenario) { return bus_loop_cycles(scenario.bus, scenario.memory) > 0; }},
+        {"an arbiter that takes time",
+         [](const Scenario& scenario) { return scenario.bus.arbiter_takes_time(); }},
+    };
+    for (std::uint64_t seed = 1; seed <= kQuickMachines; ++seed) {
+        const Scenario scenario = random_load_scenario(seed);
+        if (scenario.composer.ready_space_pixels < scenario.bus.burst_pixels) continue;
+        const analysis::BufferBound bound(scenario);
+        const std::optional<analysis::BufferBound::Result> found = bound.find();
+        REQUIRE(found.has_value());
+        const std::int64_t half = found->pixels / 2;
+        const bool close =
+            half < bound.smallest_legal_pixels() || !run_with_buffer(scenario, static_cast<int>(half)).none();
+        for (Kind& kind : kinds) {
+            if (!kind.has(scenario)) continue;
+            ++kind.machines;
+            kind.close += close ? 1 : 0;
+        }
+    }
+    for (const Kind& kind : kinds) {
+        INFO(kind.name << ": " << kind.close << " of " << kind.machines);
+        CHECK(kind.machines >= kQuickMachines / 10);
+        CHECK(kind.close > kind.machines / 2);
+    }
+}
+
 TEST_CASE("machines that the bound is tested on have loads below and above what their buses carry",
           "[system][analysis][random]") {
     int below = 0;
@@ -151,6 +190,7 @@ TEST_CASE("a frame has as many bursts and beats on each bus as the analysis says
         scenario.pacing = Pacing::kLockstep;
         scenario.faults.clear();
         if (scenario.composer.ready_space_pixels < scenario.bus.burst_pixels) continue;
+        const bool interrupted = scenario.memory.refreshes() || scenario.memory.shared();
         ++compared;
         INFO("seed " << seed << ": " << describe(scenario));
         const analysis::Analysis analysis = analysis::analyze(scenario);
@@ -171,8 +211,9 @@ TEST_CASE("a frame has as many bursts and beats on each bus as the analysis says
         CHECK(run.bus.bursts == bursts);
         CHECK(run.bus.busy_cycles == beats * cycles_per_beat(scenario.bus));
         CHECK(run.bus.table_cycles == table_cycles);
-        CHECK(run.bus.page_misses <= page_misses);
-        if (alone) CHECK(run.bus.page_misses == page_misses);
+        // Pages that were open before a refresh or a write are opened again. With banks some pages stay open.
+        if (!interrupted) CHECK(run.bus.page_misses <= page_misses);
+        if (alone && !interrupted && scenario.memory.banks == 1) CHECK(run.bus.page_misses == page_misses);
     }
     CHECK(compared >= 50);
 }

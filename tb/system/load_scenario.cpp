@@ -9,8 +9,10 @@
 #include <utility>
 
 #include "datapath/arbitration/arbitration_table.h"
+#include "scenario/derived_timing.h"
 #include "scenario/limits.h"
 #include "scenario/scenario_loader.h"
+#include "scenario/scenario_rules.h"
 #include "support/random_seed.h"
 #include "support/scenarios.h"
 
@@ -98,6 +100,20 @@ double busiest_row(const ViewportTable& table, const DisplayWall& wall) {
     return most;
 }
 
+/// The part of the clocks that a memory has for bursts, about: for a link that always sends.
+double free_share(const Scenario& scenario, const MemoryConfig& memory) {
+    double share = 1.0;
+    if (memory.refreshes())
+        share -= static_cast<double>(memory.refresh_cycles) / memory.refresh_interval_cycles;
+    if (memory.shared()) {
+        constexpr double kLinePauses = 0.6;
+        const double words = kLinePauses * scenario.clocks.dvi_in_mhz / scenario.clocks.core_mhz;
+        share -=
+            words * (1.0 / memory.words_per_cycle + 2.0 * memory.page_miss_cycles / memory.write_block_words);
+    }
+    return std::max(0.1, share);
+}
+
 /// Chooses, of random buses and memories, the one that comes closest to what the tables need, or to some share of it.
 void choose_bus(Random& random, Scenario& scenario) {
     constexpr int kTries = 12;
@@ -111,7 +127,7 @@ void choose_bus(Random& random, Scenario& scenario) {
     double closest = std::numeric_limits<double>::max();
     for (int tried = 0; tried < kTries; ++tried) {
         BusConfig bus = scenario.bus;
-        MemoryConfig memory;
+        MemoryConfig memory = scenario.memory;
         bus.width_bits = 16 << random.between(0, 5);
         bus.burst_pixels =
             random.one_in(3) ? one_of(random, std::array<int, 4>{8, 16, 32, 64}) : random.between(1, 48);
@@ -119,9 +135,11 @@ void choose_bus(Random& random, Scenario& scenario) {
         memory.page_words = random.one_in(4) ? 512 : random.between(4, 128);
         memory.page_miss_cycles = random.one_in(3) ? 0 : random.between(1, 10);
         const double burst_cycles =
+            bus.grant_cycles +
             static_cast<double>(bus.burst_pixels) / pixels_per_beat(bus, memory) * cycles_per_beat(bus) +
             memory.page_miss_cycles * (1.0 + static_cast<double>(bus.burst_pixels) / memory.page_words);
-        const double distance = std::abs(bus.burst_pixels / burst_cycles - wanted) / wanted;
+        const double carried = bus.burst_pixels / burst_cycles * free_share(scenario, memory);
+        const double distance = std::abs(carried - wanted) / wanted;
         if (distance < closest) {
             closest = distance;
             scenario.bus = bus;
@@ -149,6 +167,55 @@ void choose_smoothing(std::uint64_t seed, Scenario& scenario) {
     if (random.one_in(3)) smooth_tables(random, scenario);
 }
 
+/// Blocks and pages for a memory with shared ports that has written the link's words in time, if there are such. Otherwise
+/// the ports are dual.
+void choose_blocks(Random& random, Scenario& scenario) {
+    MemoryConfig& memory = scenario.memory;
+    const int page_words = memory.page_words;
+    const int interval =
+        memory.refresh_interval_cycles - static_cast<int>(least_refresh_interval_cycles(memory));
+    for (int words = 8 << random.between(0, 3); words <= 256; words *= 2) {
+        memory.write_block_words = words;
+        memory.page_words = (page_words + words - 1) / words * words;
+        if (memory.refreshes()) {
+            memory.refresh_interval_cycles =
+                std::max(memory.refresh_interval_cycles,
+                         interval + static_cast<int>(least_refresh_interval_cycles(memory)));
+        }
+        if (!settings_violation(scenario) && !renderers_violation(scenario)) return;
+    }
+    memory.ports = MemoryPorts::kDual;
+}
+
+/// Likewise. Banks, refreshes, shared ports, delays and a slow arbiter, in two of three machines.
+void choose_memory(std::uint64_t seed, Scenario& scenario) {
+    constexpr std::uint64_t kOwnSequence = 0x4D656D6F;
+    Random random(seed ^ kOwnSequence);
+    if (random.one_in(3)) return;
+    MemoryConfig& memory = scenario.memory;
+    BusConfig& bus = scenario.bus;
+    if (random.one_in(2)) memory.banks = one_of(random, limits::kMemoryBanks);
+    if (random.one_in(2)) {
+        memory.refresh_cycles = random.between(1, 20);
+        memory.refresh_interval_cycles = 60 + memory.refresh_cycles * random.between(3, 40);
+    }
+    if (random.one_in(2)) memory.ports = MemoryPorts::kShared;
+    if (random.one_in(2)) {
+        memory.read_latency_cycles = random.between(0, 6);
+        bus.register_stages = random.between(memory.read_latency_cycles == 0 ? 1 : 0, 3);
+    }
+    if (random.one_in(6)) bus.grant_cycles = random.between(1, 6);
+    if (random.one_in(6)) bus.slot_table = SlotTableMaker::kBuilt;
+    choose_bus(random, scenario);
+    if (memory.banks > 1) {
+        const int most = std::min(memory.page_miss_cycles, static_cast<int>(limits::kPrechargeCycles.high));
+        memory.precharge_cycles = random.between(0, most);
+    }
+    if (memory.shared()) choose_blocks(random, scenario);
+    // While the only frame is sent, the link would have no other pair to write.
+    if (memory.shared()) scenario.frames = std::max(2, scenario.frames);
+}
+
 }  // namespace
 
 Scenario random_load_scenario(std::uint64_t seed) {
@@ -168,6 +235,7 @@ Scenario random_load_scenario(std::uint64_t seed) {
         scenario.renderers.push_back(random_renderer(random, scenario, index));
     }
     choose_bus(random, scenario);
+    choose_memory(seed, scenario);
     const int in_flight = in_flight_pixels(scenario.bus, scenario.memory);
     const int burst = scenario.bus.burst_pixels;
     int ready = burst;

@@ -9,6 +9,7 @@
 #include "report/text_table.h"
 #include "scenario/names.h"
 #include "tools/analysis/analysis_report.h"
+#include "tools/analysis/taken_clocks.h"
 
 namespace metabuffer::analysis {
 namespace {
@@ -85,6 +86,23 @@ std::string raw_remark(const Analysis& analysis) {
                         : "of the memory (memory.words_per_cycle); its bus could carry " + decimal(bus, 0);
 }
 
+/// What a frame's bursts wait for besides their own pages.
+std::string interruption_lines(const Supply& supply, double period_cycles) {
+    std::string text;
+    if (supply.refresh_share > 0.0)
+        text +=
+            figure("refreshes", decimal(kPercent * supply.refresh_share, 1) + " %", "of the clocks at most");
+    if (supply.writes.share > 0.0) {
+        text += figure("writes of the link", percent_of(supply.writes.in(period_cycles), period_cycles),
+                       "of the clocks at most");
+    }
+    if (supply.idle_cycles > 0) {
+        text += figure("waits of the bus", std::to_string(supply.idle_cycles),
+                       "clocks at most, for BUSREADY and for a slot table that is built");
+    }
+    return text;
+}
+
 std::string demand_lines(const TableAnalysis& table, const Analysis& analysis) {
     const Demand& demand = table.demand;
     const Supply& supply = table.supply;
@@ -99,8 +117,10 @@ std::string demand_lines(const TableAnalysis& table, const Analysis& analysis) {
     text += figure("sustained", rate(supply.sustained),
                    std::to_string(supply.page_misses) +
                        (supply.page_misses == 1 ? " page miss" : " page misses") + " and " +
-                       counted(supply.beats, "beat") + " in " + std::to_string(supply.burst_cycles) +
-                       " clocks" + (supply.whole_bursts ? "" : ", if no burst is cut short"));
+                       counted(supply.beats, "beat") + " in " +
+                       std::to_string(supply.frame_cycles() - supply.table_cycles) + " clocks" +
+                       (supply.whole_bursts ? "" : ", if no burst is cut short"));
+    text += interruption_lines(supply, analysis.period_cycles);
     const double period = analysis.period_cycles;
     text +=
         figure("load of the bus", percent_of(static_cast<double>(supply.frame_cycles()), period),
@@ -152,16 +172,9 @@ std::string buffer_lines(const Analysis& analysis) {
         }
     }
     const bool has_bound = analysis.safe_buffer_pixels.has_value();
-    if (!has_bound) {
-        std::string unproved = to_string(analysis.bus.arbitration);
-        if (bus_loop_cycles(analysis.bus, analysis.memory) > 0) {
-            unproved = "a bus with read latency or registers";
-        }
-        if (analysis.memory.refreshes()) unproved = "a memory that is refreshed";
-        if (analysis.memory.shared()) unproved = "a memory with shared ports";
-        if (analysis.bus.arbiter_takes_time()) unproved = "an arbiter that takes clocks";
-        reason = "nothing is proved of " + unproved;
-    }
+    if (analysis.memory_may_be_taken)
+        reason += ": its memory may have no clock between refreshes and the link's writes";
+    if (!has_bound) reason = "nothing is proved of " + std::string(to_string(analysis.bus.arbitration));
     text += figure("never starves with",
                    has_bound ? std::to_string(*analysis.safe_buffer_pixels) : "no bound", reason);
     text += figure("holds every segment", std::to_string(analysis.whole_buffer_pixels));
@@ -304,17 +317,15 @@ std::string analysis_text(const Analysis& analysis, bool details) {
                 counted(analysis.memory.banks, "bank") + " may have fewer and cheaper ones\n";
     }
     if (analysis.memory.refreshes()) {
-        text += "the clocks of refreshes, " + std::to_string(analysis.memory.refresh_cycles) + " in every " +
-                std::to_string(analysis.memory.refresh_interval_cycles) + ", are not counted\n";
+        text += "a refresh counts " + counted(std::llround(refreshes(analysis.memory).cycles), "clock") +
+                " in every " + std::to_string(analysis.memory.refresh_interval_cycles) +
+                ", with those to open the burst's page again\n";
     }
     if (analysis.memory.shared()) {
-        const int words = analysis.memory.write_block_words;
-        text +=
-            "the link's writes are not counted: " + counted(analysis.memory.write_cycles(words), "clock") +
-            " for every " + std::to_string(words) + " words, and those to open their page\n";
-    }
-    if (analysis.bus.slot_table == SlotTableMaker::kBuilt) {
-        text += "the clocks in which the arbiter makes a slot table, one a slot and frame, are not counted\n";
+        text += "a write of the link counts " +
+                counted(std::llround(write_cycles(analysis.memory)), "clock") + " for every " +
+                std::to_string(analysis.memory.write_block_words) +
+                " words, with those to open its page and the burst's again\n";
     }
     text += "\n" + rate_lines(analysis) + buffer_lines(analysis) + table_lines(analysis);
     if (!details) return text + "(--details has tasks, supply, slot tables and composers of each)\n";

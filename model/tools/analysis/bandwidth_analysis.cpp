@@ -1,6 +1,7 @@
 #include "tools/analysis/bandwidth_analysis.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <map>
 #include <set>
@@ -83,18 +84,41 @@ std::int64_t least_opening_cycles(const MemoryConfig& memory, std::int64_t pages
            std::max<std::int64_t>(0, pages - memory.banks) * memory.precharge_cycles;
 }
 
-Supply supply_of(const BusTable& table, const Scenario& scenario, int image_width, std::int64_t pixels) {
+/// image_cycles: clocks in which an image's words are written.
+Supply::Writes writes_of(const Scenario& scenario, std::size_t renderer, double image_cycles) {
+    constexpr double kFramesPerPair = 2.0;
+    if (!scenario.memory.shared()) return {};
+    const RateLimits limits = rate_limits(scenario);
+    Supply::Writes writes;
+    writes.share = kFramesPerPair * image_cycles * limits.pairs_per_second[renderer] / limits.core_hz;
+    if (scenario.pacing == Pacing::kLockstep)
+        writes.pair_cycles = static_cast<std::int64_t>(kFramesPerPair * image_cycles);
+    return writes;
+}
+
+/// While a composer is passed over others may have the bus. It is idle only if all that are left are passed over, the
+/// one that is done last among them.
+std::int64_t idle_cycles(const BusTable& table) {
+    std::int64_t most_bursts = 0;
+    for (const BusUser& user : table.users()) most_bursts = std::max(most_bursts, user.costs.bursts());
     const MachineFigures& machine = table.machine();
+    const std::int64_t passed_over =
+        machine.loop_cycles > 0 ? most_bursts * machine.passed_over_cycles() : std::int64_t{0};
+    return passed_over + static_cast<std::int64_t>(table.build_cycles());
+}
+
+Supply supply_of(const BusTable& table, const Scenario& scenario, std::int64_t pixels) {
+    const MachineFigures& machine = table.machine();
+    const auto renderer = static_cast<std::size_t>(table.renderer());
     Supply supply;
     supply.raw = as_double(machine.pixels_per_beat) / as_double(machine.cycles_per_beat);
     supply.whole_bursts = machine.whole_bursts();
     const std::int64_t row_cycles =
         std::max(1, static_cast<int>(8 * kControlRowBytes) / scenario.bus.width_bits);
     supply.table_cycles = 1 + static_cast<std::int64_t>(table.users().size()) * row_cycles;
-    std::int64_t grant_cycles = 0;
     for (const BusUser& user : table.users()) {
-        supply.burst_cycles += user.costs.total() + user.costs.bursts() * scenario.bus.grant_cycles;
-        grant_cycles += user.costs.bursts() * scenario.bus.grant_cycles;
+        supply.burst_cycles += user.costs.total_cycles();
+        supply.grant_cycles += user.costs.bursts() * scenario.bus.grant_cycles;
         supply.beats += user.costs.beats();
         supply.page_misses += user.costs.page_misses();
     }
@@ -106,19 +130,37 @@ Supply supply_of(const BusTable& table, const Scenario& scenario, int image_widt
     const std::int64_t least_beats =
         supply.whole_bursts ? supply.beats : (pixels + machine.pixels_per_beat - 1) / machine.pixels_per_beat;
     supply.least_burst_cycles =
-        grant_cycles + least_beats * machine.cycles_per_beat +
-        least_opening_cycles(scenario.memory, pages_of(table, image_width, scenario.memory.page_words));
-    supply.sustained = pixels == 0 ? supply.raw : as_double(pixels) / as_double(supply.burst_cycles);
+        supply.grant_cycles + least_beats * machine.cycles_per_beat +
+        least_opening_cycles(scenario.memory, pages_of(table, scenario.renderers[renderer].image_width_pixels,
+                                                       scenario.memory.page_words));
+    supply.idle_cycles = idle_cycles(table);
+    const Interruption refresh = refreshes(scenario.memory);
+    supply.refresh_share = refresh.share();
+    supply.least_refresh_share = refresh.per_cycle * scenario.memory.refresh_cycles;
+    const std::int64_t words = scenario.renderers[renderer].image_words();
+    const std::int64_t blocks = divide_up(words, scenario.memory.write_block_words);
+    supply.writes = writes_of(scenario, renderer, as_double(blocks) * write_cycles(scenario.memory));
+    supply.least_writes =
+        writes_of(scenario, renderer, as_double(least_write_cycles(scenario.memory, words)));
+    if (pixels == 0) {
+        supply.sustained = supply.raw;
+        return supply;
+    }
+    const std::int64_t cycles = supply.frame_cycles() - supply.table_cycles;
+    supply.sustained = as_double(pixels) / as_double(cycles);
     return supply;
 }
 
 double load_of(const BusTable& table, const Supply& supply) {
     RowSums clocks;
     for (const BusUser& user : table.users()) {
-        const double each = as_double(user.costs.total()) / as_double(user.segment.pixels());
+        std::int64_t cycles = user.costs.total_cycles();
+        if (table.users().size() == 1 && table.machine().loop_cycles > 0)
+            cycles += user.costs.bursts() * table.machine().passed_over_cycles();
+        const double each = as_double(cycles) / as_double(user.segment.pixels());
         clocks.add(user.segment.top(), user.segment.bottom(), user.releases.rate * each);
     }
-    return std::max(clocks.most(),
+    return std::max(clocks.most() + table.taken_share(),
                     as_double(supply.frame_cycles()) / as_double(table.machine().raster_pixels));
 }
 
@@ -168,7 +210,7 @@ TableAnalysis analyze_table(const Scenario& scenario, const BufferBound& bound, 
         composer.pixels = user.segment.pixels();
         composer.bursts = user.costs.bursts();
         composer.page_misses = user.costs.page_misses();
-        composer.bus_cycles = user.costs.total();
+        composer.bus_cycles = user.costs.total_cycles();
         composer.slots = has_slots ? bus.shares().slots(i) : 0;
         composer.least_buffer_pixels = least_buffer_pixels(row, limits);
         composer.whole_buffer_pixels =
@@ -177,7 +219,7 @@ TableAnalysis analyze_table(const Scenario& scenario, const BufferBound& bound, 
         table.rotation_cycles += as_double(composer.slots) * user.slot_average;
     }
     table.demand = demand_of(table, scenario);
-    table.supply = supply_of(bus, scenario, renderer.image_width_pixels, table.demand.pixels);
+    table.supply = supply_of(bus, scenario, table.demand.pixels);
     table.load = load_of(bus, table.supply);
     for (const int row : bus.shares().table()) {
         table.slot_displays.push_back(valid.rows[static_cast<std::size_t>(row)].dcomp);
@@ -211,21 +253,49 @@ void add_tables(const Scenario& scenario, const BufferBound& bound, int renderer
     }
 }
 
-double pixels_short(std::int64_t pixels, std::int64_t table_cycles, std::int64_t burst_cycles,
+/// taken_cycles: of a frame's clocks, what bursts cannot have.
+double pixels_short(std::int64_t pixels, double taken_cycles, std::int64_t burst_cycles,
                     double period_cycles) {
-    if (as_double(table_cycles + burst_cycles) <= period_cycles) return 0.0;
-    const double available = std::max(0.0, period_cycles - as_double(table_cycles));
-    return as_double(pixels) * (1.0 - available / as_double(burst_cycles));
+    const double available = std::max(0.0, period_cycles - taken_cycles);
+    return as_double(pixels) * std::max(0.0, 1.0 - available / as_double(burst_cycles));
+}
+
+/// Clocks of a frame that has so many of its own: as its link sends one pair, or as it always sends, if that is less.
+std::int64_t frame_cycles_of(std::int64_t cycles, double refresh_share, const Supply::Writes& writes) {
+    const auto stretched = [](double cycles, double share) {
+        return share == 0.0 ? cycles : std::ceil(cycles * TakenClocks{share, 0.0}.stretch());
+    };
+    double all = stretched(as_double(cycles), refresh_share + writes.share);
+    if (writes.pair_cycles)
+        all = std::min(all, stretched(as_double(cycles + *writes.pair_cycles), refresh_share));
+    return static_cast<std::int64_t>(all);
 }
 
 }  // namespace
 
+double Supply::Writes::in(double cycles) const {
+    const double always = share * cycles;
+    return pair_cycles ? std::min(always, as_double(*pair_cycles)) : always;
+}
+
+std::int64_t Supply::frame_cycles() const {
+    return frame_cycles_of(table_cycles + burst_cycles + idle_cycles, refresh_share, writes);
+}
+
+std::int64_t Supply::least_frame_cycles() const {
+    return frame_cycles_of(table_cycles + least_burst_cycles, least_refresh_share, least_writes);
+}
+
 double TableAnalysis::most_pixels_short(double period_cycles) const {
-    return pixels_short(demand.pixels, supply.table_cycles, supply.burst_cycles, period_cycles);
+    const double taken = as_double(supply.table_cycles + supply.idle_cycles) +
+                         supply.refresh_share * period_cycles + supply.writes.in(period_cycles);
+    return pixels_short(demand.pixels, taken, supply.burst_cycles, period_cycles);
 }
 
 double TableAnalysis::least_pixels_short(double period_cycles) const {
-    return pixels_short(demand.pixels, supply.table_cycles, supply.least_burst_cycles, period_cycles);
+    const double taken = as_double(supply.table_cycles) + supply.least_refresh_share * period_cycles +
+                         supply.least_writes.in(period_cycles);
+    return pixels_short(demand.pixels, taken, supply.least_burst_cycles, period_cycles);
 }
 
 std::vector<RateOfPart> rates_of_parts(const Analysis& analysis) {
@@ -278,9 +348,10 @@ Analysis analyze(const Scenario& scenario, const AnalysisOptions& options) {
         const Supply& supply = longest->supply;
         const double pixels = as_double(longest->demand.pixels);
         const double beat_cycles = as_double(supply.beats * cycles_per_beat(scenario.bus));
-        const double opening_cycles = as_double(supply.burst_cycles) - beat_cycles;
+        const std::int64_t bus_only = supply.table_cycles + supply.idle_cycles + supply.grant_cycles;
+        const double waiting_cycles = as_double(supply.frame_cycles() - bus_only) - beat_cycles;
         analysis.supply_hz = core_hz / as_double(supply.frame_cycles());
-        const SupplyAlone alone = supply_alone(pixels, opening_cycles, as_double(supply.table_cycles),
+        const SupplyAlone alone = supply_alone(pixels, waiting_cycles, as_double(bus_only),
                                                scenario.memory.words_per_cycle, scenario.bus.width_bits);
         analysis.bus_alone_hz = core_hz / alone.bus_cycles;
         analysis.memory_alone_hz = core_hz / std::max(1.0, alone.memory_cycles);
@@ -296,6 +367,8 @@ Analysis analyze(const Scenario& scenario, const AnalysisOptions& options) {
         analysis.deciding_renderer = found->renderer;
         analysis.deciding_display = found->display;
     }
+    for (const BusTable& table : bound.tables())
+        analysis.memory_may_be_taken = analysis.memory_may_be_taken || table.taken_share() >= 1.0;
     analysis.scenario_is_safe = bound.is_safe(scenario.composer.buffer_pixels);
     return analysis;
 }

@@ -29,17 +29,33 @@ struct Supply {
     double raw = 0.0;               ///< pixels a clock: the lesser of bus and memory
     double sustained = 0.0;         ///< the same with this table's page misses and beats that are not full
     std::int64_t table_cycles = 0;  ///< of a frame: its start and its table
-    std::int64_t burst_cycles = 0;  ///< of a frame: bursts with their page misses
+    std::int64_t burst_cycles = 0;  ///< of a frame: bursts with their page misses, and the arbiter's answers
     /// The same with each page opened only once: no order of the bursts takes less.
     std::int64_t least_burst_cycles = 0;
+    /// Of a frame: the bus waits until a composer has answered, or for its slot table.
+    std::int64_t idle_cycles = 0;
+    /// The part of all clocks that refreshes take; at the least without opening a page again.
+    double refresh_share = 0.0;
+    double least_refresh_share = 0.0;
+    /// With shared ports: the link's words. Each block opens a page and closes the burst's; at the least each page is
+    /// opened once.
+    struct Writes {
+        double share = 0.0;                       ///< of all clocks, of a link that always sends
+        std::optional<std::int64_t> pair_cycles;  ///< in lockstep, in which a frame has one pair
+        /// Clocks of them in so many, in which there is one frame.
+        double in(double cycles) const;
+    };
+    Writes writes;
+    Writes least_writes;
+    std::int64_t grant_cycles = 0;  ///< of burst_cycles: the arbiter's
     std::int64_t beats = 0;
     std::int64_t page_misses = 0;
     /// Bursts are never cut short, so a run has at most these clocks and misses. It may have fewer, since a page counts
     /// as missed wherever another composer's burst may have come between. False: bursts may be cut, and cost more.
     bool whole_bursts = true;
 
-    std::int64_t frame_cycles() const { return table_cycles + burst_cycles; }
-    std::int64_t least_frame_cycles() const { return table_cycles + least_burst_cycles; }
+    std::int64_t frame_cycles() const;
+    std::int64_t least_frame_cycles() const;
 };
 
 /// One valid row of a table.
@@ -113,7 +129,10 @@ struct Analysis {
     std::optional<bool> safe_buffer_is_legal;  ///< a scenario may have buffers of that size
     std::optional<int> deciding_renderer;      ///< index; one of its composers needs that many
     std::optional<int> deciding_display;       ///< of that composer, from 1
-    bool scenario_is_safe = false;             ///< it is proved that nothing starves with its own buffers
+    /// By what is counted for refreshes and the link's writes, a renderer's memory may be left without a clock for bursts.
+    /// Then only a buffer that holds a whole segment is known to be enough for its composers.
+    bool memory_may_be_taken = false;
+    bool scenario_is_safe = false;  ///< it is proved that nothing starves with its own buffers
 };
 
 /// The most frames a second that one part of a machine allows, by arithmetic.

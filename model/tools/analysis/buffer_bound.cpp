@@ -40,8 +40,9 @@ class BufferBound::FillTimes {
 
     /// The most clocks by which the column of `rival` starts after that of `row`; both are rows of one table.
     std::int64_t later(const BusTable& table, std::size_t row, std::size_t rival) const {
-        // PIPEREADY climbs the column, a clock for each composer, and registers take some clocks.
-        const double handshakes = as_double(static_cast<std::int64_t>(bound_.renderers_)) + 6.0;
+        // PIPEREADY climbs the column, a clock for each composer, and registers take some clocks. The last beat and the
+        // table are on their way for some.
+        const double handshakes = as_double(as_int(bound_.renderers_) + bound_.machine_.loop_cycles) + 6.0;
         const double own = std::min(behind(table, row, rival), fill(table, rival));
         const std::size_t display = display_index(table, rival);
         const bool is_slowest = slowest_[display].renderer == static_cast<std::size_t>(table.renderer());
@@ -68,27 +69,33 @@ class BufferBound::FillTimes {
     static std::int64_t cuts(const BusTable& table) {
         const MachineFigures& machine = table.machine();
         if (machine.whole_bursts()) return 0;
-        return (machine.burst_pixels - machine.ready_space) / table.least_cut_pixels() + 2;
+        return (machine.uncut_space() - machine.ready_space) / table.least_cut_pixels() + 2;
     }
 
     std::int64_t grants(const BusTable& table, std::size_t row) const {
         return divide_up(held_pixels(table, row), table.machine().burst_pixels) + cuts(table);
     }
 
+    /// Of the composer's own, for each grant.
+    static double grant_cycles(const BusTable& table, std::size_t row) {
+        return table.users()[row].costs.longest() + std::max(1.0, table.passed_over_cycles());
+    }
+
     /// Clocks for so many grants.
     static double for_grants(const BusTable& table, std::size_t row, std::int64_t grants) {
         const BusUser& user = table.users()[row];
-        const double each = as_double(user.costs.longest()) + 1.0 + user.wait.rate;
+        const double each = grant_cycles(table, row) + user.wait.rate;
         return table.residual_cycles() + each * as_double(grants) + user.wait.spread;
     }
 
     double fill(const BusTable& table, std::size_t row) const {
-        if (table.machine().has_sure_slots()) return for_grants(table, row, grants(table, row));
+        const double built = table.build_cycles();
+        if (table.machine().has_sure_slots()) return built + for_grants(table, row, grants(table, row));
         // The others go first only with what is due before.
         const BusUser& user = table.users()[row];
         const std::int64_t due = user.segment.first_use(held_pixels(table, row) - 1);
-        double clocks =
-            table.residual_cycles() + as_double(grants(table, row)) * (as_double(user.costs.longest()) + 1.0);
+        double clocks = table.residual_cycles() +
+                        as_double(grants(table, row)) * (grant_cycles(table, row) + user.overrun_cycles);
         for (std::size_t j = 0; j < table.users().size(); ++j) {
             if (j == row) continue;
             const RivalGrants rival(table, j, buffer_pixels_);
@@ -106,7 +113,7 @@ class BufferBound::FillTimes {
             const std::int64_t pixel = (own - 1) * machine.burst_pixels;
             const RivalGrants grants(table, rival, buffer_pixels_);
             const std::int64_t had = grants.bursts_due_before(table.users()[row].segment.first_use(pixel));
-            const bool done = had >= wanted && !bound_.several_frames_;
+            const bool done = had >= wanted && !bound_.several_frames_ && machine.loop_cycles == 0;
             return done ? table.residual_cycles() : fill(table, rival);
         }
         const double by_slots = for_grants(table, rival, missing_grants(table, row, rival));
@@ -122,8 +129,7 @@ class BufferBound::FillTimes {
         if (bound_.several_frames_) {
             // Or pixels of the previous frame kept it from its slots.
             const auto index = static_cast<std::size_t>(&table - bound_.tables_.data());
-            const double pixels = bound_.refills_[index][rival] +
-                                  as_double(std::max(machine.ready_space, machine.burst_pixels));
+            const double pixels = bound_.refills_[index][rival] + as_double(machine.uncut_space());
             const double refill = std::ceil(pixels / as_double(machine.burst_pixels));
             missing = std::max(missing, static_cast<std::int64_t>(refill) + cuts(table));
         }
@@ -144,8 +150,9 @@ class BufferBound::FillTimes {
     double behind_by_room(const BusTable& table, std::size_t row, std::size_t rival, double by_slots) const {
         constexpr int kMostSteps = 16;
         const std::int64_t missing = missing_grants(table, row, rival);
-        const double own = table.residual_cycles() +
-                           as_double(missing) * (as_double(table.users()[rival].costs.longest()) + 1.0);
+        const double own =
+            table.residual_cycles() +
+            as_double(missing) * (grant_cycles(table, rival) + table.users()[rival].overrun_cycles);
         double clocks = own;
         for (int step = 0; step < kMostSteps; ++step) {
             double raised = own;
@@ -240,14 +247,14 @@ double BufferBound::refill_pixels(const BusTable& table, std::size_t row) const 
     if (!several_frames_) return 0.0;
     if (!machine.has_sure_slots()) return as_double(limits::kBufferPixels.high);
     const BusUser& user = table.users()[row];
-    const BusTable::SureBursts sure = table.sure_bursts(row);
+    BusTable::SureBursts sure = table.sure_bursts(row);
+    sure.loss += sure.rate * table.build_cycles();
     double most = 0.0;
     for (const BusTable& before : tables_) {
         if (before.renderer() != table.renderer()) continue;
         for (const BusUser& old : before.users()) {
             if (old.display() != user.display()) continue;
-            most = std::max(
-                most, most_refill_pixels(old.segment, sure, machine.burst_pixels, machine.raster_pixels));
+            most = std::max(most, most_refill_pixels(old.segment, sure, machine));
         }
     }
     return most;
@@ -264,16 +271,6 @@ BufferCase BufferBound::case_of(RowIndex index, std::int64_t buffer_pixels, cons
         if (j != index.row && table.knows_rivals())
             shift = {fill.later(table, index.row, j), fill.later(table, j, index.row)};
         result.shifts.push_back(shift);
-        std::int64_t largest = 0;
-        for (const BusTable& other : tables_) {
-            if (other.renderer() != table.renderer()) continue;
-            for (const BusUser& user : other.users()) {
-                if (user.display() == table.users()[j].display()) {
-                    largest = std::max(largest, user.segment.pixels());
-                }
-            }
-        }
-        result.largest_segment_pixels.push_back(largest);
     }
     return result;
 }

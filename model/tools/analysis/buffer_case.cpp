@@ -64,13 +64,14 @@ std::optional<std::int64_t> Jobs::last_grant_after(std::int64_t portion) const {
     return segment_.last_use(pixel);
 }
 
-double most_refill_pixels(const Segment& segment, const BusTable::SureBursts& sure, std::int64_t burst_pixels,
-                          std::int64_t raster_pixels) {
+double most_refill_pixels(const Segment& segment, const BusTable::SureBursts& sure,
+                          const MachineFigures& machine) {
     const std::int64_t pixels = segment.pixels();
     double most = 0.0;
     const auto pass = [&](std::int64_t k) {
-        const std::int64_t clocks = raster_pixels - segment.last_use(k) - Jobs::kBusreadyCycles;
-        const double brought = sure.in(static_cast<double>(clocks)) * static_cast<double>(burst_pixels);
+        const std::int64_t clocks = machine.raster_pixels - segment.last_use(k) - machine.busready_cycles;
+        const double brought =
+            sure.in(static_cast<double>(clocks)) * static_cast<double>(machine.burst_pixels);
         most = std::max(most, static_cast<double>(pixels - k) - brought);
     };
     // Between the ends of a source row both sums are straight lines, but for the clock before which the slots are not sure
@@ -82,7 +83,7 @@ double most_refill_pixels(const Segment& segment, const BusTable::SureBursts& su
         for (std::int64_t i = edge; i > 0; --i) pass(begin + sdx - i);
     }
     const auto idle_cycles = static_cast<std::int64_t>(sure.loss / sure.rate);
-    const std::int64_t position = raster_pixels - idle_cycles - Jobs::kBusreadyCycles;
+    const std::int64_t position = machine.raster_pixels - idle_cycles - machine.busready_cycles;
     const std::int64_t next = segment.released_before(std::max<std::int64_t>(position, 0));
     for (const std::int64_t k : {next - 1, next}) {
         if (k >= 0 && k < pixels) pass(k);
@@ -106,7 +107,7 @@ std::int64_t RivalGrants::at_most(std::int64_t released) const {
 std::int64_t RivalGrants::when_full(std::int64_t released) const {
     if (whole()) return at_most(released);
     // "Full" means that there is no room for a whole burst. Once there is room again, its bursts are not cut.
-    return std::clamp<std::int64_t>(buffer_pixels_ - burst() + 1 + released, 0, all());
+    return std::clamp<std::int64_t>(buffer_pixels_ - table_.machine().uncut_space() + 1 + released, 0, all());
 }
 
 std::int64_t RivalGrants::bursts_due_before(std::int64_t position) const {
@@ -127,7 +128,7 @@ std::int64_t RivalGrants::released_before(std::int64_t position) const {
 }
 
 double RivalGrants::clocks(std::int64_t pixels) const {
-    if (whole()) return static_cast<double>(user_.costs.before(pixels / burst()));
+    if (whole()) return user_.costs.before(pixels / burst());
     const double cut = table_.cut_cycles() / static_cast<double>(table_.least_cut_pixels());
     return static_cast<double>(pixels) * (user_.stream.average() / static_cast<double>(burst()) + cut);
 }

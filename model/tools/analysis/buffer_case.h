@@ -26,8 +26,6 @@ struct BufferCase {
     bool follows_a_frame = false;
     /// By row: the most pixels that a composer's buffer may lack to be full when it has composited the previous frame.
     std::vector<double> refill_pixels;
-    /// By row: the most pixels that a table of this renderer sends to its composer.
-    std::vector<std::int64_t> largest_segment_pixels;
 };
 
 /// A composer's portions as jobs for the bus, at one buffer size. All times are raster positions of its own column. The
@@ -42,8 +40,8 @@ class Jobs {
     std::int64_t first() const { return first_; }
     /// The position that makes room for the portion: the last use of the pixel that must leave the buffer for it.
     std::int64_t freed_at(std::int64_t portion) const { return segment_.last_use(waited_for(portion)); }
-    /// Clocks from a release until the arbiter knows of it.
-    static constexpr std::int64_t kBusreadyCycles = 2;
+    /// The first clock in which the arbiter can know that there is room for the portion, as a position.
+    std::int64_t ready_at(std::int64_t portion) const { return freed_at(portion) + machine_.busready_cycles; }
     double latest_start(std::int64_t portion) const {
         return portions_.latest_start[static_cast<std::size_t>(portion)];
     }
@@ -83,8 +81,8 @@ class Jobs {
 
 /// The most pixels by which a composer's buffer can be short of full when it has composited a frame: what the raster of
 /// `segment` has released up to its end, from any pixel on, less what the slots are sure to have brought meanwhile.
-double most_refill_pixels(const Segment& segment, const BusTable::SureBursts& sure, std::int64_t burst_pixels,
-                          std::int64_t raster_pixels);
+double most_refill_pixels(const Segment& segment, const BusTable::SureBursts& sure,
+                          const MachineFigures& machine);
 
 /// How much of a rival's segment has been granted, at one buffer size, and the bus clocks that this takes.
 class RivalGrants {

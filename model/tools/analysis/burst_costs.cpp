@@ -5,7 +5,7 @@
 namespace metabuffer::analysis {
 
 BurstCosts::BurstCosts(const Segment& segment, int image_width_pixels, const BusConfig& bus,
-                       const MemoryConfig& memory, FirstWord first_word)
+                       const MemoryConfig& memory, FirstWord first_word, double stretch)
     : segment_(segment),
       image_width_(image_width_pixels),
       burst_pixels_(bus.burst_pixels),
@@ -13,7 +13,10 @@ BurstCosts::BurstCosts(const Segment& segment, int image_width_pixels, const Bus
       page_miss_cycles_(memory.page_miss_cycles),
       pixels_per_beat_(metabuffer::pixels_per_beat(bus, memory)),
       cycles_per_beat_(metabuffer::cycles_per_beat(bus)),
-      first_word_(first_word) {
+      grant_cycles_(bus.grant_cycles),
+      delay_cycles_(bus_delay_cycles(bus, memory)),
+      first_word_(first_word),
+      stretch_(stretch) {
     const std::int64_t count = (segment_.pixels() + burst_pixels_ - 1) / burst_pixels_;
     before_.reserve(static_cast<std::size_t>(count) + 1);
     latest_start_.reserve(static_cast<std::size_t>(count));
@@ -24,19 +27,24 @@ BurstCosts::BurstCosts(const Segment& segment, int image_width_pixels, const Bus
 }
 
 void BurstCosts::add_burst(std::int64_t b) {
-    std::int64_t latest = segment_.first_use(b * burst_pixels_);
+    auto latest = static_cast<double>(segment_.first_use(b * burst_pixels_));
     std::int64_t cycles = 0;
     walk(b, [&](const Piece& piece) {
         // Along a source row the raster needs at most a pixel a clock. So on a bus of a beat a clock, the piece's first
         // pixel has the least time. On a slower bus the last one may have it. Where the raster cuts the first pixel
         // short, the second one is needed sooner than the others. Of a smoothed row several pixels at either end may
-        // be needed at once.
+        // be needed at once. If the memory stretches a beat beyond its pixels' raster clocks, the last beat's first
+        // pixel has the least.
         const auto pass = [&](std::int64_t k) {
-            latest = std::min(latest, segment_.first_use(k) - cycles_to(k, piece));
+            latest = std::min(latest, static_cast<double>(segment_.first_use(k) - delay_cycles_) -
+                                          stretch_ * static_cast<double>(cycles_to(k, piece)));
         };
         const std::int64_t edge = segment_.smooths() ? kUnevenPixels : 1;
         for (std::int64_t k = piece.first; k <= std::min(piece.first + edge, piece.last); ++k) pass(k);
         for (std::int64_t k = std::max(piece.first, piece.last - edge + 1); k <= piece.last; ++k) pass(k);
+        if (stretch_ > 1.0) {
+            pass(std::max(piece.first, piece.last - (piece.last - piece.run_first) % pixels_per_beat_));
+        }
         beats_ += (piece.last - piece.run_first) / pixels_per_beat_ -
                   (piece.begins_run ? -1 : (piece.first - 1 - piece.run_first) / pixels_per_beat_);
         page_misses_ += piece.opens_page ? 1 : 0;
@@ -75,6 +83,7 @@ void BurstCosts::walk(std::int64_t b, Visit visit) const {
     if (first_word_ == FirstWord::kExact && begin > 0) open_page = page_of(begin - 1);
     Piece piece;
     piece.run_first = begin;
+    piece.waited = grant_cycles_;
     for (std::int64_t k = begin; k < end; k = piece.last + 1) {
         const std::int64_t page = page_of(k);
         piece.opens_page = page != open_page;
@@ -92,12 +101,12 @@ void BurstCosts::walk(std::int64_t b, Visit visit) const {
     }
 }
 
-std::int64_t BurstCosts::until_pixel(std::int64_t k) const {
+double BurstCosts::until_pixel(std::int64_t k) const {
     std::int64_t cycles = 0;
     walk(k / burst_pixels_, [&](const Piece& piece) {
         if (piece.first <= k && k <= piece.last) cycles = cycles_to(k, piece);
     });
-    return cycles;
+    return stretch_ * static_cast<double>(cycles);
 }
 
 /// The longest burst can begin anywhere, so what counts is the most page changes in any window of a burst's length.
@@ -117,14 +126,15 @@ void BurstCosts::find_longest() {
     const std::int64_t pixels = std::min(burst_pixels_, segment_.pixels());
     const std::int64_t most_beats =
         std::min(pixels, (pixels + runs * (pixels_per_beat_ - 1)) / pixels_per_beat_);
-    longest_ = most_beats * cycles_per_beat_ + runs * page_miss_cycles_;
+    longest_ = stretch_ *
+               static_cast<double>(grant_cycles_ + most_beats * cycles_per_beat_ + runs * page_miss_cycles_);
 }
 
 void BurstCosts::find_excess() {
-    average_ = static_cast<double>(total()) / static_cast<double>(bursts());
+    average_ = total() / static_cast<double>(bursts());
     double least = 0.0;
     for (std::size_t b = 0; b < before_.size(); ++b) {
-        const double above = static_cast<double>(before_[b]) - average_ * static_cast<double>(b);
+        const double above = stretch_ * static_cast<double>(before_[b]) - average_ * static_cast<double>(b);
         least = std::min(least, above);
         excess_ = std::max(excess_, above - least);
     }

@@ -21,26 +21,34 @@ enum class FirstWord : std::uint8_t {
 };
 
 /// How long the bursts of one composer's segment hold the bus, in core clocks, if none is cut short. Burst b carries
-/// the pixels from b * burst_pixels on. Every page miss and every beat follows from their addresses.
+/// the pixels from b * burst_pixels on. Every page miss and every beat follows from their addresses. The arbiter's clocks
+/// are a burst's first.
+///
+/// Every time is `stretch` times what the bus and the open pages need: TakenClocks::stretch(), where the memory has
+/// something else to do now and then. Only total_cycles() is without.
 class BurstCosts {
   public:
     BurstCosts(const Segment& segment, int image_width_pixels, const BusConfig& bus,
-               const MemoryConfig& memory, FirstWord first_word);
+               const MemoryConfig& memory, FirstWord first_word, double stretch = 1.0);
 
     std::int64_t bursts() const { return static_cast<std::int64_t>(latest_start_.size()); }
     /// Clocks of all bursts before burst b; b from 0 to bursts().
-    std::int64_t before(std::int64_t b) const { return before_[static_cast<std::size_t>(b)]; }
-    std::int64_t total() const { return before_.back(); }
+    double before(std::int64_t b) const {
+        return stretch_ * static_cast<double>(before_[static_cast<std::size_t>(b)]);
+    }
+    double total() const { return before(bursts()); }
+    std::int64_t total_cycles() const { return before_.back(); }
     std::int64_t page_misses() const { return page_misses_; }
     std::int64_t beats() const { return beats_; }
     /// The clock of this raster position is the last one in which burst b may be granted so that none of its pixels
-    /// comes too late. A pixel that is on the bus `cycles` clocks after the grant allows its first use less `cycles`.
-    std::int64_t latest_start(std::int64_t b) const { return latest_start_[static_cast<std::size_t>(b)]; }
-    /// Clocks from its burst's grant until pixel k is on the bus, those of its own beat included.
-    std::int64_t until_pixel(std::int64_t k) const;
+    /// comes too late. A pixel that comes `cycles` clocks after the grant allows its first use less `cycles`.
+    double latest_start(std::int64_t b) const { return latest_start_[static_cast<std::size_t>(b)]; }
+    /// Clocks from its burst's grant until pixel k is on the bus, those of its own beat included. From there it may take
+    /// some more to its composer.
+    double until_pixel(std::int64_t k) const;
 
     /// The longest burst, wherever in the segment it begins.
-    std::int64_t longest() const { return longest_; }
+    double longest() const { return longest_; }
     /// Any `count` bursts in a row take at most count * average + excess clocks.
     double average() const { return average_; }
     double excess() const { return excess_; }
@@ -79,12 +87,15 @@ class BurstCosts {
     std::int64_t page_miss_cycles_;
     std::int64_t pixels_per_beat_;
     std::int64_t cycles_per_beat_;
+    std::int64_t grant_cycles_;
+    std::int64_t delay_cycles_;
     FirstWord first_word_;
+    double stretch_;
     std::vector<std::int64_t> before_;
-    std::vector<std::int64_t> latest_start_;
+    std::vector<double> latest_start_;
     std::int64_t page_misses_ = 0;
     std::int64_t beats_ = 0;
-    std::int64_t longest_ = 0;
+    double longest_ = 0.0;
     double average_ = 0.0;
     double excess_ = 0.0;
 };

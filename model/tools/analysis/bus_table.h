@@ -10,6 +10,7 @@
 #include "scenario/scenario.h"
 #include "tools/analysis/burst_costs.h"
 #include "tools/analysis/slot_share.h"
+#include "tools/analysis/taken_clocks.h"
 
 namespace metabuffer::analysis {
 
@@ -29,10 +30,25 @@ struct MachineFigures {
     std::int64_t cycles_per_beat = 0;
     std::int64_t page_miss_cycles = 0;
     std::int64_t lost_slot_cycles = 0;
+    std::int64_t in_flight_pixels = 0;
+    /// Clocks that read latency and registers add to the way of a beat to its composer, and those from there until its
+    /// answer is read.
+    std::int64_t delay_cycles = 0;
+    std::int64_t loop_cycles = 0;
+    /// Clocks from a release until the arbiter knows of it.
+    std::int64_t busready_cycles = 0;
+    /// A burst may stand still between two beats longer than a page miss: for a refresh or for writes.
+    bool interrupted = false;
+    std::int64_t grant_cycles = 0;
     ArbitrationRow policy;
 
     /// No burst is ever cut short: BUSREADY promises room for a whole one.
     bool whole_bursts() const { return ready_space >= burst_pixels; }
+    /// With so much space free, no burst is cut short.
+    std::int64_t uncut_space() const {
+        if (whole_bursts()) return ready_space;
+        return burst_pixels + (loop_cycles > 0 || interrupted ? in_flight_pixels : 0);
+    }
     /// A slot that its composer cannot use goes to the next one that is ready: the bus never waits for a slot.
     bool work_conserving() const { return policy.idle_slots == IdleSlots::kRecovered; }
     /// A composer that is ready gets each of its slots.
@@ -41,6 +57,11 @@ struct MachineFigures {
     bool has_bound() const { return policy.proof != BufferProof::kNone; }
     /// Bursts are single beats, after which the composer is passed over for a clock.
     bool single_beats() const { return burst_pixels <= pixels_per_beat; }
+    /// After each burst the composer is passed over for so many clocks, until its BUSREADY reflects the last beat.
+    std::int64_t passed_over_cycles() const {
+        if (loop_cycles > 0) return 1 + loop_cycles;
+        return single_beats() || !whole_bursts() ? 1 : 0;
+    }
 };
 
 /// A segment cut into portions. With each grant, a composer that is ready is sure to get at least the rest of its
@@ -85,6 +106,8 @@ struct BusUser {
     /// How the segment is granted. If bursts may be cut short, there are two ways to divide it, else one.
     std::vector<Portions> portions;
     SlotShares::Wait wait;  ///< for the rivals' slots; only if slots are sure
+    /// Where a composer is passed over for some clocks: what the slot that others take last in them can last beyond.
+    double overrun_cycles = 0.0;
 
     int display() const { return segment.row().dcomp; }
 };
@@ -121,8 +144,12 @@ class BusTable {
     }
     /// Whether a burst's first word finds its page open.
     FirstWord first_word() const { return first_word_; }
-    /// The most clocks until a burst or a lost slot under way is over. If a frame has no page miss but the one that it
-    /// begins with, that is included.
+    /// Work of c clocks in a window takes stretch() * c and once interruption_cycles() in the worst case.
+    double stretch() const { return taken_.stretch(); }
+    double taken_share() const { return taken_.share; }
+    double interruption_cycles() const { return taken_.latency(); }
+    /// The most clocks until a burst or a lost slot under way is over, with those that the window's work is interrupted
+    /// for once. If a frame has no page miss but the one that it begins with, that is included.
     double residual_cycles() const { return residual_cycles_; }
     /// From any clock on, a composer with room for whole bursts is sure to get rate * clocks - loss bursts, whatever
     /// the others do. Only if slots are sure.
@@ -132,16 +159,24 @@ class BusTable {
         double in(double clocks) const { return std::max(0.0, rate * clocks - loss); }
     };
     SureBursts sure_bursts(std::size_t row) const;
-    /// The clocks that a burst cut short may cost besides its pixels: a page miss, a beat that is not full, one clock.
+    /// Clocks in which the arbiter makes the slot table, and the bus waits, when a frame begins.
+    double build_cycles() const { return build_cycles_; }
+    /// Clocks that a grant may cost a composer besides its burst, since it is passed over for some clocks after it.
+    double passed_over_cycles() const;
+    /// The clocks that a burst cut short may cost besides its pixels: the arbiter's, a page miss, a beat that is not
+    /// full, one clock.
     double cut_cycles() const;
     /// At least so many pixels pass before a composer that was granted a burst cuts it short.
     std::int64_t least_cut_pixels() const;
 
   private:
+    double stretched(std::int64_t cycles) const { return stretch() * static_cast<double>(cycles); }
+    RepeatedSlot repeated_slot(const std::vector<int>& slots) const;
     void find_first_word(const Renderer& renderer, const MemoryConfig& memory, const ViewportTable& rows);
     void add_user(const Scenario& scenario, const Renderer& renderer, const ViewportRow& row);
     Portions whole_burst_portions(const BusUser& user) const;
     Portions cut_burst_portions(const BusUser& user) const;
+    void find_overruns();
     void find_waits();
     void find_rivalries();
 
@@ -151,7 +186,9 @@ class BusTable {
     std::vector<BusUser> users_;
     SlotShares shares_;
     std::vector<Rivalry> rivalries_;
+    TakenClocks taken_;
     double residual_cycles_ = 0.0;
+    double build_cycles_ = 0.0;
 };
 
 }  // namespace metabuffer::analysis

@@ -16,8 +16,7 @@ class RivalRule {
         count_ = jobs.count() - jobs.first();
         for (std::int64_t at = 0; at < count_; ++at) {
             const std::int64_t portion = jobs.first() + at;
-            const double ready =
-                as_double(jobs.freed_at(portion) + Jobs::kBusreadyCycles) + table.residual_cycles();
+            const double ready = as_double(jobs.ready_at(portion)) + table.residual_cycles();
             from_.push_back(ready - jobs.own_before(portion));
             const bool done = known[static_cast<std::size_t>(portion)] != 0;
             until_.push_back(done ? kNever : jobs.own_before(portion) - jobs.latest_start(portion));
@@ -87,7 +86,7 @@ class RivalRule {
             const std::int64_t portion = jobs_.first() + at;
             const double now = as_double(jobs_.freed_at(portion));
             if (at > 0) {
-                const std::int64_t position = jobs_.freed_at(portion - 1) - Jobs::kBusreadyCycles;
+                const std::int64_t position = jobs_.freed_at(portion - 1) - machine_.busready_cycles;
                 const double full = as_double(
                     grants.when_full(grants.released_before(position - buffer_.shifts[rival.row].later)));
                 lowest_by_grants = std::min(lowest_by_grants, full - rate * jobs_.granted_by_room(portion));
@@ -108,15 +107,14 @@ class RivalRule {
 
     /// The least pixels that a rival has when it has composited the previous frame.
     double refilled(const Rival& rival) const {
-        const std::int64_t threshold = std::max(machine_.ready_space, machine_.burst_pixels);
-        const double full = as_double(
-            std::min(table_.users()[rival.row].segment.pixels(), buffer_.buffer_pixels - threshold + 1));
+        const double full = as_double(std::min(table_.users()[rival.row].segment.pixels(),
+                                               buffer_.buffer_pixels - machine_.uncut_space() + 1));
         const double part_of_burst = machine_.whole_bursts() ? as_double(machine_.burst_pixels) : 0.0;
         return std::max(0.0, full - buffer_.refill_pixels[rival.row] - part_of_burst);
     }
 
     /// When the composer's last grant came, no rival that was ready had an earlier deadline. A rival that was not ready
-    /// was full.
+    /// was full, or on a bus with delays may have been passed over.
     void add_granted_beside_deadlines(Rival& rival, const RivalGrants& grants) const {
         for (std::int64_t at = 0; at < count_; ++at) {
             const std::int64_t portion = jobs_.first() + at;
@@ -125,12 +123,11 @@ class RivalRule {
             std::int64_t granted = machine_.whole_bursts()
                                        ? grants.of_bursts(bursts)
                                        : std::max<std::int64_t>(0, (bursts - 1) * machine_.burst_pixels + 1);
-            if (bursts == 0) granted = 0;
+            if (bursts == 0 || machine_.loop_cycles > 0) granted = 0;
             const std::optional<std::int64_t> since = jobs_.last_grant_after(portion);
-            const std::int64_t released =
-                since
-                    ? grants.released_before(*since - Jobs::kBusreadyCycles - buffer_.shifts[rival.row].later)
-                    : 0;
+            const std::int64_t released = since ? grants.released_before(*since - machine_.busready_cycles -
+                                                                         buffer_.shifts[rival.row].later)
+                                                : 0;
             granted = std::min(granted, grants.when_full(released));
             if (buffer_.follows_a_frame && !since) granted = 0;
             add_granted(rival, grants, portion, as_double(granted));
@@ -149,7 +146,7 @@ class RivalRule {
         for (std::int64_t at = 0; at < count_; ++at) {
             const std::int64_t portion = jobs_.first() + at;
             const auto latest = static_cast<std::int64_t>(std::floor(jobs_.latest_start(portion)));
-            const std::int64_t now = latest - Jobs::kBusreadyCycles + buffer_.shifts[rival.row].earlier;
+            const std::int64_t now = latest - machine_.busready_cycles + buffer_.shifts[rival.row].earlier;
             std::int64_t room = grants.at_most(grants.released_before(now + 1));
             if (!machine_.has_sure_slots()) {
                 const std::int64_t bursts =
@@ -175,11 +172,13 @@ class RivalRule {
         return holds(early, soon) && holds(late, after) && holds(early, after) && holds(late, soon);
     }
 
+    double overrun() const { return table_.users()[row_].overrun_cycles; }
+
     double late_by(Range from, Range until) {
         const auto a = static_cast<std::size_t>(from.inside());
         const auto b = static_cast<std::size_t>(until.inside());
         const double grants = as_double(std::max<std::int64_t>(0, until.inside() - from.inside() + 1));
-        double slot_rate = 0.0;
+        double slot_rate = machine_.has_sure_slots() ? 0.0 : overrun();
         double constant = 0.0;
         by_room_.clear();
         for (const Rival& rival : rivals_) {
@@ -193,6 +192,8 @@ class RivalRule {
                 constant += rival.slack;
             }
         }
+        // Those that are counted by their slots may also have others' while the composer is passed over.
+        if (machine_.has_sure_slots() && by_room_.size() < rivals_.size()) slot_rate += overrun();
         double latest_from = kNever;
         for (std::int64_t at = from.begin; at < from.end; ++at) {
             const auto i = static_cast<std::size_t>(at);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "tools/analysis/arithmetic.h"
+
 namespace metabuffer::analysis {
 namespace {
 
@@ -20,13 +22,15 @@ SlotShares::SlotShares(std::vector<int> table, std::size_t rows, RepeatedSlot re
     }
     // After each grant another row is granted first. From there on the row gets its own next slot, which comes before
     // the table has gone round, but it may be the only one.
-    if (repeated_ == RepeatedSlot::kSkipped) std::fill(sure_grants_.begin(), sure_grants_.end(), 1);
+    if (repeated_ == RepeatedSlot::kSkipped || repeated_ == RepeatedSlot::kDelayed)
+        std::fill(sure_grants_.begin(), sure_grants_.end(), 1);
 }
 
 /// Whether the slot's row gets it even if it had the slot before.
 bool SlotShares::is_sure(std::size_t slot) const {
     const std::size_t before = slot == 0 ? table_.size() - 1 : slot - 1;
-    return repeated_ == RepeatedSlot::kGranted || rows() == 1 || table_[before] != table_[slot];
+    return repeated_ == RepeatedSlot::kGranted || repeated_ == RepeatedSlot::kDelayed || rows() == 1 ||
+           table_[before] != table_[slot];
 }
 
 SlotShares::Wait SlotShares::wait(std::size_t row, const std::vector<double>& slot_cycles,
@@ -64,16 +68,36 @@ SlotShares::Wait SlotShares::wait(std::size_t row, const std::vector<double>& sl
             }
         }
     }
+    if (repeated_ == RepeatedSlot::kDelayed) wait.rate = wait.most[1];
     for (std::size_t granted = 1; granted <= grants; ++granted) {
         wait.spread = std::max(wait.spread, wait.most[granted] - wait.rate * static_cast<double>(granted));
     }
     return wait;
 }
 
+/// The most slots of `row` between two of `rival`.
+std::int64_t SlotShares::most_between(std::size_t row, std::size_t rival) const {
+    std::int64_t most = 0;
+    std::int64_t since = 0;
+    for (std::size_t step = 0; step < 2 * table_.size(); ++step) {
+        const auto owner = static_cast<std::size_t>(table_[step % table_.size()]);
+        since = owner == rival ? 0 : since + (owner == row ? 1 : 0);
+        most = std::max(most, since);
+    }
+    return most;
+}
+
 SlotShares::Fairness SlotShares::fairness(std::size_t row, std::size_t rival) const {
     Fairness fairness;
     fairness.rate = static_cast<double>(sure_grants_[rival]) / static_cast<double>(slots_[row]);
     const std::size_t count = table_.size();
+    if (repeated_ == RepeatedSlot::kDelayed) {
+        // While the rival is passed over, the row gets a slot at most, since it is passed over itself after that. Then
+        // it gets those before the rival's next one.
+        fairness.rate = 1.0 / as_double(1 + most_between(row, rival));
+        fairness.loss = 1.0;
+        return fairness;
+    }
     if (count > kLargestExactTable || repeated_ == RepeatedSlot::kSkipped) {
         fairness.loss = static_cast<double>(sure_grants_[rival]);
         return fairness;

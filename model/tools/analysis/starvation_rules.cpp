@@ -17,13 +17,13 @@ bool first_burst_in_time(const BusTable& table, const BusUser& me, std::int64_t 
     const MachineFigures& machine = table.machine();
     const std::int64_t last_held = buffer_pixels - machine.ready_space;
     const std::int64_t pixels = me.segment.pixels();
-    const auto asked_at = [&](std::int64_t k) { return me.segment.first_use(k) + 1; };
+    const auto asked_at = [&](std::int64_t k) { return as_double(me.segment.first_use(k) + 1); };
     if (machine.whole_bursts()) {
         const std::int64_t end =
             std::min((last_held / machine.burst_pixels + 1) * machine.burst_pixels, pixels);
-        const std::int64_t arrived = me.costs.until_pixel(last_held);
+        const double arrived = me.costs.until_pixel(last_held) - table.interruption_cycles();
         for (std::int64_t k = last_held + 1; k < end; ++k) {
-            if (me.costs.until_pixel(k) - arrived > asked_at(k)) return false;
+            if (me.costs.until_pixel(k) - arrived > asked_at(k) + kRounding) return false;
         }
         return true;
     }
@@ -37,7 +37,7 @@ bool first_burst_in_time(const BusTable& table, const BusUser& me, std::int64_t 
         }
         --in_page;
         cycles += machine.cycles_per_beat;
-        if (cycles > asked_at(k)) return false;
+        if (table.stretch() * as_double(cycles) + table.interruption_cycles() > asked_at(k)) return false;
     }
     return true;
 }
@@ -47,9 +47,7 @@ void slot_rule(const BusTable& table, const BusUser& me, const Jobs& jobs, Porti
     constexpr std::int64_t kNearGrants = 64;
     const SlotShares::Wait& wait = me.wait;
     const std::int64_t near = std::min(as_int(wait.most.size()) - 1, kNearGrants);
-    const auto ready = [&](std::int64_t a) {
-        return as_double(jobs.freed_at(a) + Jobs::kBusreadyCycles) + table.residual_cycles();
-    };
+    const auto ready = [&](std::int64_t a) { return as_double(jobs.ready_at(a)) + table.residual_cycles(); };
     double far = kNever;  // over all portions before those that are checked one by one
     for (std::int64_t b = jobs.first(); b < jobs.count(); ++b) {
         if (b - near >= jobs.first()) {
@@ -66,16 +64,25 @@ void slot_rule(const BusTable& table, const BusUser& me, const Jobs& jobs, Porti
     }
 }
 
-/// The rule of polls. A poll is a clock in which no composer is ready. Since the last one, or since the frame began if
-/// there was none, the bus has been busy, and the others have taken no more than they had room for.
+/// The rule of polls. A poll is a clock in which no composer is ready. Since the last one, or since the column began if
+/// there was none, the bus has been busy, and the others have taken no more than they had room for. The previous frame's
+/// pixels have been composited by then.
+///
+/// On a bus with delays a composer that has room may be passed over. A poll is then a clock in which nobody has room. Since
+/// the last one the bus is idle only after bursts, for the clocks in which their composers are passed over.
 class PollRule {
   public:
     PollRule(const BusTable& table, std::size_t row, const Jobs& jobs, const BufferCase& buffer)
         : table_(table), machine_(table.machine()), row_(row), jobs_(jobs), buffer_(buffer) {
+        const bool delayed = machine_.loop_cycles > 0;
+        if (delayed) passed_over_ = table.passed_over_cycles();
         for (std::size_t j = 0; j < table.users().size(); ++j) {
             if (j != row) add_rival(j);
         }
-        if (table.first_word() == FirstWord::kHits) constant_ += as_double(machine_.page_miss_cycles);
+        // On a bus with delays, a burst may be under way when nobody has room.
+        constant_ += delayed ? table.residual_cycles() : table.interruption_cycles();
+        if (table.first_word() == FirstWord::kHits)
+            constant_ += table.stretch() * as_double(machine_.page_miss_cycles);
         add_polls();
         add_start();
     }
@@ -85,7 +92,7 @@ class PollRule {
         double busy = kNever;
         for (std::int64_t b = jobs_.first(); b < jobs_.count(); ++b) {
             const double latest = jobs_.latest_start(b);
-            const double seen = latest - as_double(Jobs::kBusreadyCycles);
+            const double seen = latest - as_double(machine_.busready_cycles);
             while (poll < polls_.size() && polls_[poll].position <= seen) {
                 busy = std::max(busy, polls_[poll].clocks);
                 ++poll;
@@ -115,21 +122,16 @@ class PollRule {
         const BusUser& user = table_.users()[j];
         const std::int64_t held = buffer_.buffer_pixels - machine_.ready_space + 1;
         if (user.segment.pixels() <= held) {
-            // Once it has been full it holds its whole segment. Only the previous frame can have prevented that.
-            if (buffer_.follows_a_frame) constant_ += as_double(user.costs.total());
+            // Once it has been full it holds its whole segment.
             rivals_.push_back({j, 0.0, 0.0, 0.0, 0.0, 0.0});
             return;
         }
-        const double per_pixel = user.costs.average() / as_double(machine_.burst_pixels);
+        const double per_pixel = (user.costs.average() + passed_over_) / as_double(machine_.burst_pixels);
         const ColumnShift& shift = buffer_.shifts[j];
         rivals_.push_back({j, per_pixel, user.releases.rate, as_double(user.releases.first - shift.earlier),
                            as_double(user.releases.last + shift.later), 0.0});
         constant_ +=
             per_pixel * (user.releases.burst + as_double(machine_.burst_pixels - 1)) + user.costs.excess();
-        if (buffer_.follows_a_frame) {
-            constant_ +=
-                per_pixel * as_double(std::min(buffer_.largest_segment_pixels[j], buffer_.buffer_pixels));
-        }
     }
 
     double rivals_before(double position) const {
@@ -143,9 +145,11 @@ class PollRule {
 
     /// Adds the positions at which a poll can be the worst: between them the sums are straight lines.
     void add_polls() {
+        const double known_cycles = as_double(machine_.busready_cycles + 1);
         const auto add = [&](double position, std::int64_t next) {
             if (next >= jobs_.count()) return;
-            polls_.push_back({position, position + 3.0 - rivals_before(position) - jobs_.own_before(next)});
+            polls_.push_back(
+                {position, position + known_cycles - rivals_before(position) - jobs_.own_before(next)});
         };
         for (std::int64_t a = jobs_.first(); a < jobs_.count(); ++a) {
             add(as_double(jobs_.freed_at(a) - 1), a);
@@ -168,11 +172,12 @@ class PollRule {
         const BusUser& me = table_.users()[row_];
         const std::int64_t last_held = buffer_.buffer_pixels - machine_.ready_space;
         const std::int64_t grants = last_held / machine_.burst_pixels + 1;
-        start_clocks_ = as_double(me.costs.before(grants - 1) + me.costs.until_pixel(last_held)) -
-                        table_.residual_cycles();
+        start_clocks_ =
+            jobs_.own_before(grants - 1) + me.costs.until_pixel(last_held) - table_.residual_cycles();
         for (Rival& rival : rivals_) {
             const std::int64_t bursts = bursts_beside(rival.row, grants);
-            rival.granted_at_start = as_double(table_.users()[rival.row].costs.before(bursts));
+            rival.granted_at_start =
+                table_.users()[rival.row].costs.before(bursts) + passed_over_ * as_double(bursts);
         }
     }
 
@@ -184,7 +189,7 @@ class PollRule {
         if (machine_.has_sure_slots()) {
             const SlotShares::Fairness& fairness = table_.rivalry(row_, j).fairness;
             bursts = std::floor(fairness.rate * as_double(grants) - fairness.loss);
-        } else {
+        } else if (machine_.loop_cycles == 0) {
             const std::int64_t pixel = (grants - 1) * machine_.burst_pixels;
             bursts = as_double(rival.bursts_due_before(table_.users()[row_].segment.first_use(pixel)));
         }
@@ -203,10 +208,13 @@ class PollRule {
         for (const Rival& rival : rivals_) {
             const RivalGrants grants(table_, rival.row, buffer_.buffer_pixels);
             const double position =
-                latest - as_double(Jobs::kBusreadyCycles) + as_double(buffer_.shifts[rival.row].earlier);
+                latest - as_double(machine_.busready_cycles) + as_double(buffer_.shifts[rival.row].earlier);
             const std::int64_t released =
                 grants.released_before(static_cast<std::int64_t>(std::floor(position)) + 1);
-            clocks += std::max(0.0, grants.clocks(grants.at_most(released)) - rival.granted_at_start);
+            const std::int64_t pixels = grants.at_most(released);
+            const double all =
+                grants.clocks(pixels) + passed_over_ * as_double(pixels / machine_.burst_pixels);
+            clocks += std::max(0.0, all - rival.granted_at_start);
         }
         return clocks < latest + 2.0 - kRounding;
     }
@@ -220,6 +228,7 @@ class PollRule {
     std::vector<Poll> polls_;
     double constant_ = 0.0;
     double start_clocks_ = 0.0;
+    double passed_over_ = 0.0;  ///< clocks after each burst, on a bus with delays
 };
 
 bool all_known(const PortionFlags& known, const Jobs& jobs) {

@@ -284,9 +284,7 @@ TEST_CASE("a row that buffers are too small for is still analyzed, and without s
     CHECK(analyze(scenario).tables.front().slot_displays.empty());
 }
 
-TEST_CASE(
-    "without a bound, as for a bus with read latency or registers, a line says so and the JSON has none",
-    "[analysis]") {
+TEST_CASE("without a bound a line says so and the JSON has none", "[analysis]") {
     Analysis analysis = analyze(paper_case(4));
     CHECK(analysis_text(analysis, true).find("no bound") == std::string::npos);
     analysis.safe_buffer_pixels.reset();
@@ -299,45 +297,67 @@ TEST_CASE(
     const std::string json = analysis_json(analysis);
     CHECK(json.find("\"safe_pixels\": null") != std::string::npos);
     CHECK(json.find("\"safe_is_legal\": null") != std::string::npos);
-    for (const bool registers : {false, true}) {
-        Scenario scenario = paper_case(4);
-        (registers ? scenario.bus.register_stages : scenario.memory.read_latency_cycles) = 1;
-        const Analysis analysis = analyze(scenario);
-        CHECK_FALSE(analysis.safe_buffer_pixels.has_value());
-        CHECK(
-            analysis_text(analysis, true).find("nothing is proved of a bus with read latency or registers") !=
-            std::string::npos);
-    }
 }
 
-TEST_CASE("for a memory that is refreshed nothing is proved, and its refreshes are not counted",
-          "[analysis]") {
-    Scenario scenario = paper_case(4);
-    scenario.memory.refresh_interval_cycles = 780;
-    scenario.memory.refresh_cycles = 30;
+TEST_CASE("a frame takes longer by the clocks of its refreshes", "[analysis]") {
+    Scenario scenario = paper_case(3);
+    scenario.memory.page_miss_cycles = 0;
+    scenario.bus.width_bits = 32;  // a pixel in two clocks
+    scenario.memory.refresh_interval_cycles = 100;
+    scenario.memory.refresh_cycles = 20;
     const Analysis analysis = analyze(scenario);
-    CHECK_FALSE(analysis.safe_buffer_pixels.has_value());
-    CHECK_FALSE(analysis.scenario_is_safe);
+    const TableAnalysis& table = analysis.tables.front();
+    CHECK(table.supply.refresh_share == Approx(0.2));
+    CHECK(table.supply.frame_cycles() == 25'022);  // (20,000 + 17) / 0.8
+    CHECK(table.load == Approx(2.5).epsilon(0.01));
+    CHECK(table.most_pixels_short(10'000) == Approx(10'000 - 0.5 * (8'000 - 17)));
     const std::string text = analysis_text(analysis, true);
-    CHECK(text.find("no bound  nothing is proved of a memory that is refreshed\n") != std::string::npos);
-    CHECK(text.find("the clocks of refreshes, 30 in every 780, are not counted\n") != std::string::npos);
+    CHECK(text.find("a refresh counts 20 clocks in every 100, with those to open the burst's page again\n") !=
+          std::string::npos);
+    CHECK(text.find("  refreshes                     20.0 %  of the clocks at most\n") != std::string::npos);
     CHECK(analysis_text(analyze(paper_case(4)), true).find("refresh") == std::string::npos);
 }
 
-TEST_CASE("for a memory with shared ports nothing is proved, and the link's words are not counted",
+TEST_CASE("a frame takes longer by the link's words: those of a pair, or of a link that always sends",
           "[analysis]") {
     Scenario scenario = paper_case(4);
     scenario.memory.ports = MemoryPorts::kShared;
     scenario.memory.words_per_cycle = 4;
-    scenario.memory.write_block_words = 130;
-    const Analysis analysis = analyze(scenario);
-    CHECK_FALSE(analysis.safe_buffer_pixels.has_value());
-    CHECK_FALSE(analysis.scenario_is_safe);
-    const std::string text = analysis_text(analysis, true);
-    CHECK(text.find("no bound  nothing is proved of a memory with shared ports\n") != std::string::npos);
-    CHECK(text.find("the link's writes are not counted: 33 clocks for every 130 words, and those to open "
-                    "their page\n") != std::string::npos);
-    CHECK(analysis_text(analyze(paper_case(4)), true).find("link's writes") == std::string::npos);
+    scenario.memory.write_block_words = 125;  // 80 blocks of 32 clocks and two page misses
+    scenario.memory.page_words = 500;
+    scenario.clocks.dvi_in_mhz = 10'000.0;  // a pair in 418 clocks
+    const auto supply = [&scenario] { return analyze(scenario).tables.front().supply; };
+    const std::int64_t own_cycles = supply().table_cycles + supply().burst_cycles;
+    CHECK(supply().frame_cycles() == own_cycles + 2 * 80 * 44);
+    // Twice 80 blocks in the 41,760 clocks of a pair.
+    scenario.clocks.dvi_in_mhz = 100.0;
+    const double share = 2.0 * 80 * 44 / (2 * 180 * 116);
+    CHECK(supply().writes.share == Approx(share).epsilon(0.001));
+    CHECK(supply().frame_cycles() == Approx(static_cast<double>(own_cycles) / (1.0 - share)).epsilon(0.001));
+    CHECK(supply().writes.in(10'000) == Approx(10'000 * share).epsilon(0.001));
+    const std::string text = analysis_text(analyze(scenario), true);
+    CHECK(
+        text.find("a write of the link counts 44 clocks for every 125 words, with those to open its page and "
+                  "the burst's again\n") != std::string::npos);
+    CHECK(text.find("  writes of the link            16.9 %  of the clocks at most\n") != std::string::npos);
+    CHECK(analysis_text(analyze(paper_case(4)), true).find("of the link") == std::string::npos);
+}
+
+TEST_CASE("a bus with delays waits after each burst of the composer that is done last", "[analysis]") {
+    Scenario scenario = paper_case(4);
+    scenario.memory.read_latency_cycles = 3;
+    scenario.bus.register_stages = 1;
+    const TableAnalysis table = analyze(scenario).tables.front();
+    std::int64_t most_bursts = 0;
+    for (const ComposerAnalysis& composer : table.composers)
+        most_bursts = std::max(most_bursts, composer.bursts);
+    CHECK(table.supply.idle_cycles == 6 * most_bursts);
+    CHECK(table.supply.frame_cycles() ==
+          table.supply.table_cycles + table.supply.burst_cycles + table.supply.idle_cycles);
+    scenario.bus.slot_table = SlotTableMaker::kBuilt;
+    const TableAnalysis built = analyze(scenario).tables.front();
+    CHECK(built.supply.idle_cycles ==
+          table.supply.idle_cycles + static_cast<std::int64_t>(built.slot_displays.size()));
 }
 
 TEST_CASE("JSON has the figures of the text", "[analysis]") {

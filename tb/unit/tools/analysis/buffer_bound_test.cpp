@@ -70,16 +70,19 @@ TEST_CASE("a buffer lacks no more at the end of a frame than its raster has rele
         const std::int64_t burst = random.between(1, 8);
         const BusTable::SureBursts sure{random.between(1, 60) / 100.0, random.between(1, 600) / 100.0};
         const std::int64_t positions = std::int64_t{width} * height;
+        MachineFigures machine((test::small_scenario(width, height)));
+        machine.burst_pixels = burst;
         double most = 0.0;
         for (std::int64_t k = 0; k < segment.pixels(); ++k) {
-            const auto clocks = static_cast<double>(positions - segment.last_use(k) - Jobs::kBusreadyCycles);
+            const auto clocks =
+                static_cast<double>(positions - segment.last_use(k) - machine.busready_cycles);
             const double brought = sure.in(clocks) * static_cast<double>(burst);
             most = std::max(most, static_cast<double>(segment.pixels() - k) - brought);
         }
         INFO("raster " << width << " x " << height << ", row " << row.sdx << " x " << row.sdy << " at "
                        << row.dx << ", " << row.dy << " multiple " << row.dmultiple << ", smoothed "
                        << smoothed << " rate " << sure.rate << " loss " << sure.loss);
-        CHECK(most_refill_pixels(segment, sure, burst, positions) == Approx(most).margin(1e-9));
+        CHECK(most_refill_pixels(segment, sure, machine) == Approx(most).margin(1e-9));
     }
 }
 
@@ -178,6 +181,65 @@ TEST_CASE(
     const std::int64_t pixels = BufferBound(scenario).find()->pixels;
     CHECK(pixels >= ready + size + 3);
     CHECK(pixels <= ready + size + 4);
+}
+
+TEST_CASE(
+    "a lone composer needs as many pixels more as its raster takes while its memory refreshes or its bus is "
+    "slow",
+    "[analysis]") {
+    // Two pixels a clock into a raster of one: the bus has the time, but each wait must be buffered.
+    const int size = 100;
+    Scenario scenario = one_composer({1, 0, 0, size, size, 0, 0, 1}, size, size);
+    scenario.bus.width_bits = 128;
+    scenario.memory.words_per_cycle = 2;
+    scenario.memory.page_miss_cycles = 4;
+    scenario.bus.burst_pixels = 16;
+    scenario.composer.ready_space_pixels = 16;
+    const std::int64_t plain = BufferBound(scenario).find()->pixels;
+    Scenario refreshed = scenario;
+    refreshed.memory.refresh_interval_cycles = 800;
+    refreshed.memory.refresh_cycles = 36;
+    const std::int64_t with_refresh = BufferBound(refreshed).find()->pixels;
+    CHECK(with_refresh >= plain + 30);
+    CHECK(with_refresh <= plain + 60);
+    // Page misses of 12 clocks and writes of 8, one in 64 of the link's clocks.
+    Scenario shared = scenario;
+    shared.memory.ports = MemoryPorts::kShared;
+    shared.memory.write_block_words = 16;
+    shared.clocks.dvi_in_mhz = shared.clocks.core_mhz / 4;
+    const std::int64_t with_writes = BufferBound(shared).find()->pixels;
+    CHECK(with_writes >= plain + 16);
+    CHECK(with_writes <= plain + 96);
+    // Three clocks of read latency and a register each way: five more to the answer, after each burst.
+    Scenario delayed = scenario;
+    delayed.memory.read_latency_cycles = 3;
+    delayed.bus.register_stages = 1;
+    delayed.composer.ready_space_pixels = 16;
+    const std::int64_t with_delays = BufferBound(delayed).find()->pixels;
+    CHECK(with_delays >= plain + 4);
+    CHECK(with_delays <= plain + 20);
+    // The arbiter's two clocks in the eight of a burst.
+    Scenario slow = scenario;
+    slow.bus.grant_cycles = 2;
+    const std::int64_t with_grants = BufferBound(slow).find()->pixels;
+    CHECK(with_grants >= plain);
+    CHECK(with_grants <= plain + 8);
+}
+
+TEST_CASE("where refreshes leave the bus too little, the buffer must hold most of the segment",
+          "[analysis]") {
+    const int size = 100;
+    Scenario scenario = one_composer({1, 0, 0, size, size, 0, 0, 1}, size, size);
+    scenario.memory.page_miss_cycles = 0;
+    scenario.memory.refresh_interval_cycles = 100;
+    scenario.memory.refresh_cycles = 50;
+    const BufferBound bound(scenario);
+    // Half of the pixels come in the raster's clocks; the others must have come before.
+    CHECK(bound.find()->pixels >= size * size / 2);
+    CHECK(bound.find()->pixels <= size * size * 6 / 10);
+    scenario.memory.refresh_cycles = 99;
+    CHECK(BufferBound(scenario).find()->pixels > size * size * 9 / 10);
+    CHECK(BufferBound(scenario).find()->pixels <= bound.whole_segment_pixels());
 }
 
 TEST_CASE("a slower bus never has a smaller bound by much and a much faster one needs the legal size",

@@ -1,6 +1,7 @@
 #include "tools/analysis/burst_costs.h"
 
 #include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
 #include <cstdint>
 #include <limits>
@@ -14,7 +15,8 @@ using namespace metabuffer::analysis;
 
 namespace {
 
-/// A burst word by word, as docs/design.md has it: a page miss, then a beat of words of one page, and so on.
+/// A burst word by word, as docs/design.md has it: the arbiter's clocks, a page miss, then a beat of words of one page, and
+/// so on.
 struct PlainBurst {
     std::int64_t cycles = 0;
     std::int64_t misses = 0;
@@ -40,6 +42,7 @@ struct Setting {
 
 PlainBurst play(const Setting& setting, std::int64_t first, std::int64_t behind, std::int64_t open_page) {
     PlainBurst burst;
+    burst.cycles = setting.bus.grant_cycles;
     for (std::int64_t k = first; k < behind;) {
         if (setting.page(k) != open_page) {
             burst.cycles += setting.memory.page_miss_cycles;
@@ -61,6 +64,8 @@ Setting random_setting(test::Random& random) {
     Setting setting;
     setting.bus.width_bits = 16 << random.between(0, 5);
     setting.bus.burst_pixels = random.between(1, 40);
+    setting.bus.grant_cycles = random.one_in(3) ? random.between(1, 5) : 0;
+    setting.memory.read_latency_cycles = random.one_in(3) ? random.between(1, 5) : 0;
     setting.memory.page_words = random.between(1, 60);
     setting.memory.page_miss_cycles = random.between(0, 7);
     setting.memory.words_per_cycle = random.between(1, 8);
@@ -87,7 +92,9 @@ TEST_CASE("bursts cost what a memory played word by word says", "[analysis][rand
         const Setting setting = random_setting(random);
         const Segment segment = setting.segment();
         const auto first_word = static_cast<FirstWord>(random.between(0, 2));
-        const BurstCosts costs(segment, setting.image_width, setting.bus, setting.memory, first_word);
+        const double stretch = test::one_of(random, std::array<double, 4>{1.0, 1.0, 1.25, 2.5});
+        const BurstCosts costs(segment, setting.image_width, setting.bus, setting.memory, first_word,
+                               stretch);
         const std::int64_t burst = setting.bus.burst_pixels;
         const std::int64_t pixels = segment.pixels();
         REQUIRE(costs.bursts() == (pixels + burst - 1) / burst);
@@ -101,19 +108,21 @@ TEST_CASE("bursts cost what a memory played word by word says", "[analysis][rand
             if (first_word == FirstWord::kHits) open_page = setting.page(first);
             if (first_word == FirstWord::kExact && b > 0) open_page = setting.page(first - 1);
             const PlainBurst played = play(setting, first, std::min(first + burst, pixels), open_page);
-            CHECK(costs.before(b) == clocks);
+            CHECK(costs.before(b) == Approx(stretch * static_cast<double>(clocks)));
             clocks += played.cycles;
             misses += played.misses;
             beats += played.beats;
-            std::int64_t latest = std::numeric_limits<std::int64_t>::max();
+            double latest = std::numeric_limits<double>::max();
             for (std::size_t i = 0; i < played.until.size(); ++i) {
                 const std::int64_t k = first + static_cast<std::int64_t>(i);
-                CHECK(costs.until_pixel(k) == played.until[i]);
-                latest = std::min(latest, segment.first_use(k) - played.until[i]);
+                const double until = stretch * static_cast<double>(played.until[i]);
+                CHECK(costs.until_pixel(k) == Approx(until));
+                const std::int64_t needed = segment.first_use(k) - setting.memory.read_latency_cycles;
+                latest = std::min(latest, static_cast<double>(needed) - until);
             }
-            CHECK(costs.latest_start(b) == latest);
+            CHECK(costs.latest_start(b) == Approx(latest).margin(1e-6));
         }
-        CHECK(costs.total() == clocks);
+        CHECK(costs.total_cycles() == clocks);
         CHECK(costs.page_misses() == misses);
         CHECK(costs.beats() == beats);
     }
@@ -138,11 +147,12 @@ TEST_CASE("no burst of any beginning is longer than the longest and no window ex
             }
             CHECK(costs.pixels_in_page(first) == in_page);
         }
-        CHECK(costs.longest() >= longest);
-        CHECK(costs.longest() <= longest + cycles_per_beat(setting.bus) * (1 + setting.bus.burst_pixels));
+        CHECK(costs.longest() >= static_cast<double>(longest));
+        CHECK(costs.longest() <=
+              static_cast<double>(longest) + cycles_per_beat(setting.bus) * (1 + setting.bus.burst_pixels));
         for (std::int64_t a = 0; a < costs.bursts(); ++a) {
             for (std::int64_t b = a; b <= costs.bursts(); ++b) {
-                const auto window = static_cast<double>(costs.before(b) - costs.before(a));
+                const double window = costs.before(b) - costs.before(a);
                 CHECK(window <= costs.average() * static_cast<double>(b - a) + costs.excess() + 1e-6);
             }
         }

@@ -1,5 +1,6 @@
 #include "tools/analysis/slot_share.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cstddef>
 #include <cstdint>
@@ -22,6 +23,43 @@ ViewportTable random_rows(test::Random& random) {
                1000,      0, 0, static_cast<std::uint16_t>(random.between(1, 4))};
     }
     return rows;
+}
+
+/// Plays a bus with delays: bursts of `cycles` clocks, after each of which its composer is passed over. Returns, for each
+/// grant of `row`, the clocks that others have had since its burst before beyond the first `passed_over_cycles`, or -1
+/// for the first; and the grants that the rival has had by then.
+struct DelayedGrant {
+    std::int64_t clocks = -1;
+    std::int64_t rivals = 0;
+};
+
+std::vector<DelayedGrant> play_delayed(test::Random& random, const ViewportTable& rows, std::size_t row,
+                                       std::size_t rival, const std::vector<double>& cycles,
+                                       std::int64_t passed_over_cycles) {
+    constexpr std::size_t kGrants = 200;
+    SlotTablePolicy policy(IdleSlots::kRecovered);
+    policy.start_frame(slot_table(rows), rows.size());
+    std::vector<std::int64_t> ready_from(rows.size(), 0);
+    std::vector<DelayedGrant> grants;
+    std::int64_t rivals = 0;
+    for (std::int64_t now = 0; grants.size() < kGrants;) {
+        std::vector<BusRequest> requests(rows.size());
+        for (std::size_t i = 0; i < rows.size(); ++i) {
+            const bool always = i == row || i == rival;
+            requests[i] = {true, (always || random.one_in(2)) && ready_from[i] <= now, 0};
+        }
+        const BusGrant grant = policy.pick(requests);
+        if (grant.kind == BusGrant::Kind::kPoll) {
+            ++now;
+            continue;
+        }
+        const auto granted = static_cast<std::size_t>(grant.row);
+        if (granted == row) grants.push_back({grants.empty() ? -1 : now - ready_from[row], rivals});
+        rivals += granted == rival ? 1 : 0;
+        now += static_cast<std::int64_t>(cycles[granted]);
+        ready_from[granted] = now + passed_over_cycles;
+    }
+    return grants;
 }
 
 /// Plays the arbiter itself: `row` and `rival` are always ready, the others now and then. After each burst its composer
@@ -108,6 +146,38 @@ TEST_CASE("a rival that stays ready gets its share beside a composer", "[analysi
                       fairness.rate * static_cast<double>(own) - fairness.loss - 1e-6);
             }
         }
+    }
+}
+
+TEST_CASE(
+    "on a bus with delays a composer waits for the slots before its next one, and a rival has its share",
+    "[analysis][random]") {
+    const std::uint64_t seed = test::random_seed(23);
+    INFO("METABUFFER_SEED=" << seed);
+    test::Random random(seed);
+    for (int round = 0; round < 300; ++round) {
+        const ViewportTable rows = random_rows(random);
+        if (rows.size() < 2) continue;
+        const SlotShares shares(slot_table(rows), rows.size(), RepeatedSlot::kDelayed);
+        std::vector<double> cycles(rows.size());
+        for (double& each : cycles) each = random.between(1, 30);
+        const SlotShares::Wait wait = shares.wait(0, cycles, 0.0);
+        const SlotShares::Fairness fairness = shares.fairness(0, 1);
+        const std::vector<DelayedGrant> grants =
+            play_delayed(random, rows, 0, 1, cycles, random.between(1, 20));
+        double longest = 0.0;
+        double lacking = 0.0;
+        for (std::size_t n = 0; n < grants.size(); ++n) {
+            longest = std::max(longest, static_cast<double>(grants[n].clocks));
+            for (std::size_t from = 0; from < n; from += 5) {
+                const auto own = static_cast<double>(n - from + 1);
+                const auto rivals = static_cast<double>(grants[n].rivals - grants[from].rivals);
+                lacking = std::max(lacking, fairness.rate * own - fairness.loss - rivals);
+            }
+        }
+        CHECK(longest <= wait.most[1]);
+        CHECK(lacking <= 1.0 + 1e-6);  // the window begins after the rival's grants up to its first own one
+        CHECK(wait.rate == wait.most[1]);
     }
 }
 
