@@ -254,10 +254,6 @@ struct BusConfig {
     SlotTableMaker slot_table = SlotTableMaker::kHost;
     int register_stages = 0;  ///< registers on the way to the composers, and as many on the way back
 
-    /// The arbiter does not answer at once, or makes its slot table after the frame has begun: nothing is proved of it.
-    constexpr bool arbiter_takes_time() const {
-        return grant_cycles > 0 || slot_table == SlotTableMaker::kBuilt;
-    }
     /// Clocks that building a table of `slots` slots takes, from the one in which the frame's rows are known.
     constexpr int build_cycles(std::size_t slots) const {
         return slot_table == SlotTableMaker::kBuilt ? static_cast<int>(slots) : 0;

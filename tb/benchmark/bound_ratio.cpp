@@ -64,21 +64,10 @@ std::int64_t simulated_minimum(const Scenario& scenario, std::int64_t least, std
     return enough;
 }
 
-/// What a machine has of memory and bus, words joined by "+"; "plain" if it has nothing of it.
-std::string kind_of(const Scenario& scenario) {
-    std::string kind;
-    const auto add = [&kind](bool has, const char* name) {
-        if (has) kind += (kind.empty() ? "" : "+") + std::string(name);
-    };
-    add(scenario.memory.banks > 1, "banks");
-    add(scenario.memory.refreshes(), "refresh");
-    add(scenario.memory.shared(), "shared");
-    add(bus_loop_cycles(scenario.bus, scenario.memory) > 0, "delays");
-    add(scenario.bus.arbiter_takes_time(), "arbiter");
-    return kind.empty() ? "plain" : kind;
-}
-
 void measure(const Scenario& scenario) {
+    std::string kinds;
+    for (const std::string& kind : machine_kinds(scenario)) kinds += (kinds.empty() ? "" : "+") + kind;
+    if (kinds.empty()) kinds = "plain";
     const analysis::Analysis analysis = analysis::analyze(scenario);
     double load = 0.0;
     bool whole_bursts = true;
@@ -92,8 +81,7 @@ void measure(const Scenario& scenario) {
               << (whole_bursts ? "whole" : "cut") << ' ' << analysis.least_buffer_pixels << ' ' << bound
               << ' ' << simulated_minimum(scenario, analysis.least_buffer_pixels, bound) << ' '
               << (starves ? "starves" : "safe") << ' '
-              << row_of(kSmoothingTable, scenario.composer.smoothing).name << ' ' << kind_of(scenario)
-              << std::endl;
+              << row_of(kSmoothingTable, scenario.composer.smoothing).name << ' ' << kinds << std::endl;
 }
 
 std::optional<std::uint64_t> whole_number(std::string_view text) {

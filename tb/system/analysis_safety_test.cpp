@@ -2,9 +2,9 @@
 #include <catch2/catch.hpp>
 #include <cstdint>
 #include <cstdlib>
+#include <map>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "load_scenario.h"
 #include "random_scenario.h"
@@ -107,20 +107,10 @@ TEST_CASE("machines sized by the bound do not starve of seeds 1 to 200",
 
 TEST_CASE("half of the buffer is too small for most machines of each kind", "[system][analysis][random]") {
     struct Kind {
-        const char* name;
-        bool (*has)(const Scenario& scenario);
         int machines = 0;
         int close = 0;
     };
-    std::vector<Kind> kinds{
-        {"banks", [](const Scenario& scenario) { return scenario.memory.banks > 1; }},
-        {"refresh", [](const Scenario& scenario) { return scenario.memory.refreshes(); }},
-        {"shared ports", [](const Scenario& scenario) { return scenario.memory.shared(); }},
-        {"delays",
-         [](const Scenario& scenario) { return bus_loop_cycles(scenario.bus, scenario.memory) > 0; }},
-        {"an arbiter that takes time",
-         [](const Scenario& scenario) { return scenario.bus.arbiter_takes_time(); }},
-    };
+    std::map<std::string, Kind> kinds;
     for (std::uint64_t seed = 1; seed <= kQuickMachines; ++seed) {
         const Scenario scenario = random_load_scenario(seed);
         if (scenario.composer.ready_space_pixels < scenario.bus.burst_pixels) continue;
@@ -130,14 +120,14 @@ TEST_CASE("half of the buffer is too small for most machines of each kind", "[sy
         const std::int64_t half = found->pixels / 2;
         const bool close =
             half < bound.smallest_legal_pixels() || !run_with_buffer(scenario, static_cast<int>(half)).none();
-        for (Kind& kind : kinds) {
-            if (!kind.has(scenario)) continue;
-            ++kind.machines;
-            kind.close += close ? 1 : 0;
+        for (const std::string& name : machine_kinds(scenario)) {
+            ++kinds[name].machines;
+            kinds[name].close += close ? 1 : 0;
         }
     }
-    for (const Kind& kind : kinds) {
-        INFO(kind.name << ": " << kind.close << " of " << kind.machines);
+    CHECK(kinds.size() == 5);
+    for (const auto& [name, kind] : kinds) {
+        INFO(name << ": " << kind.close << " of " << kind.machines);
         CHECK(kind.machines >= kQuickMachines / 10);
         CHECK(kind.close > kind.machines / 2);
     }

@@ -247,4 +247,16 @@ Scenario random_load_scenario(std::uint64_t seed) {
     return scenario;
 }
 
+std::vector<std::string> machine_kinds(const Scenario& scenario) {
+    const MemoryConfig& memory = scenario.memory;
+    const BusConfig& bus = scenario.bus;
+    std::vector<std::string> kinds;
+    if (memory.banks > 1) kinds.emplace_back("banks");
+    if (memory.refreshes()) kinds.emplace_back("refresh");
+    if (memory.shared()) kinds.emplace_back("shared");
+    if (bus_loop_cycles(bus, memory) > 0) kinds.emplace_back("delays");
+    if (bus.grant_cycles > 0 || bus.slot_table == SlotTableMaker::kBuilt) kinds.emplace_back("arbiter");
+    return kinds;
+}
+
 }  // namespace metabuffer::test
