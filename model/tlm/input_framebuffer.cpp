@@ -39,7 +39,8 @@ InputFramebuffer::InputFramebuffer(const sc_core::sc_module_name& name, const Sc
       banks_(scenario.pacing, pair_clocks(renderer_), link_timeout_clocks(scenario, renderer_)),
       next_cycle_(settings_.first_cycle),
       policy_(make_policy(scenario.bus.arbitration)),
-      counted_from_(static_cast<std::size_t>(scenario.displays.count())) {
+      counted_from_(static_cast<std::size_t>(scenario.displays.count())),
+      record_(pixels_per_beat_, cycles_per_beat_) {
     banks_.reset(settings_.first_link_edge - 1);
     link_socket.register_b_transport(this, &InputFramebuffer::take_frame);
     bus_socket.register_nb_transport_bw(this, &InputFramebuffer::take_notice);
@@ -168,7 +169,7 @@ void InputFramebuffer::answer(bool fresh, std::int64_t edge) {
 // ---- the bus side ----
 
 std::int64_t InputFramebuffer::decide(std::int64_t cycle) {
-    newest_spans_.clear();
+    record_.begin_decision();
     switch (state_) {
         case State::kRequest:
             ask_for_frame(cycle);
@@ -242,8 +243,7 @@ void InputFramebuffer::start_frame(std::int64_t cycle) {
     slot_table_cycle_ = cycle + kStartClocks + scenario_.bus.build_cycles(front_slots_.size());
     new_frame_ = true;
     state_ = State::kTable;
-    poll_from_ = cycle + 1;
-    polling_ = true;
+    record_.begin_poll(cycle + 1);
     next_cycle_ = table_cycle();
 }
 
@@ -254,7 +254,7 @@ std::int64_t InputFramebuffer::table_cycle() const {
     if (ready.frame != frame || ready.composers < limits_.displays) {
         return kUnknownCycle;
     }
-    return std::max({poll_from_, ready.cycle + 1 + stages_, table_counted_from_});
+    return std::max({record_.poll_began(), ready.cycle + 1 + stages_, table_counted_from_});
 }
 
 BusTransfer& InputFramebuffer::transfer(int display) {
@@ -277,8 +277,7 @@ void InputFramebuffer::send_table(std::int64_t cycle) {
     table_counted_from_ = cycle + kAnswerClocks + loop_cycles_;
     const auto row_count = static_cast<std::int64_t>(rows_.size());
     const std::int64_t last_beat = cycle + row_count * cycles_per_table_row_;
-    note_span(SpanKind::kTable, {cycle, last_beat}, 0);
-    counters_.bus.table_cycles += last_beat - cycle + 1;
+    record_.add(BusRecord::Use::kTable, {cycle, last_beat});
     if (settings_.observer != nullptr) {
         settings_.observer->table(settings_.renderer + 1, frames_started_ - 1, {cycle, last_beat});
     }
@@ -319,10 +318,7 @@ void InputFramebuffer::arbitrate(std::int64_t cycle) {
     const BusGrant grant = policy_->pick(requests_);
     switch (grant.kind) {
         case BusGrant::Kind::kPoll:
-            if (!polling_) {
-                polling_ = true;
-                poll_from_ = cycle;
-            }
+            if (!record_.polls()) record_.begin_poll(cycle);
             next_cycle_ = kUnknownCycle;
             for (const Row& row : rows_) {
                 if (row.sent < row.pixels) {
@@ -334,9 +330,8 @@ void InputFramebuffer::arbitrate(std::int64_t cycle) {
             next_cycle_ = cycle;
             wait_for_arbiter(scenario_.bus.grant_cycles);
             const CycleSpan lost{next_cycle_, next_cycle_ + lost_slot_cycles_ - 1};
-            counters_.bus.lost_cycles += lost_slot_cycles_;
             next_cycle_ = lost.last + 1;
-            note_span(SpanKind::kLost, lost, 0);
+            record_.add(BusRecord::Use::kLost, lost);
             if (settings_.observer != nullptr) settings_.observer->lost_slot(settings_.renderer + 1, lost);
             return;
         }
@@ -344,7 +339,7 @@ void InputFramebuffer::arbitrate(std::int64_t cycle) {
             stop_polling(cycle);
             next_cycle_ = cycle;
             wait_for_arbiter(scenario_.bus.grant_cycles);
-            newest_grant_ = {next_cycle_, grant.recovered_slots};
+            record_.add_burst(next_cycle_, grant.recovered_slots);
             if (grant.recovered_slots > 0 && first_recovered_slot_.cycle == kUnknownCycle) {
                 const Row& granted = rows_[static_cast<std::size_t>(grant.row)];
                 first_recovered_slot_ = {next_cycle_, granted.segment.row().dcomp - std::size_t{1}};
@@ -360,27 +355,21 @@ void InputFramebuffer::wait_for_arbiter(std::int64_t clocks) {
         return;
     }
     const CycleSpan span{next_cycle_, next_cycle_ + clocks - 1};
-    counters_.bus.grant_cycles += clocks;
-    note_span(SpanKind::kGrant, span, 0);
+    record_.add(BusRecord::Use::kGrant, span);
     if (settings_.observer != nullptr) settings_.observer->arbitration(settings_.renderer + 1, span);
     next_cycle_ = span.last + 1;
 }
 
 void InputFramebuffer::stop_polling(std::int64_t cycle) {
-    if (!polling_) {
-        return;
-    }
-    polling_ = false;
-    counters_.bus.poll_cycles += cycle - poll_from_;
-    if (settings_.observer != nullptr && cycle > poll_from_) {
-        settings_.observer->poll(settings_.renderer + 1, {poll_from_, cycle - 1});
+    if (!record_.polls()) return;
+    record_.end_poll(cycle);
+    if (settings_.observer != nullptr && cycle > record_.poll_began()) {
+        settings_.observer->poll(settings_.renderer + 1, {record_.poll_began(), cycle - 1});
     }
 }
 
 void InputFramebuffer::start_burst(int row, int recovered_slots) {
     const Row& granted = rows_[static_cast<std::size_t>(row)];
-    counters_.bus.recovered_slots += recovered_slots;
-    ++counters_.bus.bursts;
     burst_row_ = row;
     burst_left_ =
         static_cast<int>(std::min<std::int64_t>(scenario_.bus.burst_pixels, granted.pixels - granted.sent));
@@ -496,21 +485,11 @@ void InputFramebuffer::break_off_opening(std::int64_t cycle) {
 
 /// Lets the first `clocks` clocks of a wait pass.
 void InputFramebuffer::wait_for_memory(const MemoryAccess& access, std::int64_t clocks) {
-    struct Cause {
-        SpanKind kind;
-        std::int64_t BusCounters::*counter;
-    };
-    static constexpr std::array<Cause, 3> kCauses = {{{SpanKind::kPageMiss, &BusCounters::page_miss_cycles},
-                                                      {SpanKind::kRefresh, &BusCounters::refresh_cycles},
-                                                      {SpanKind::kWrite, &BusCounters::write_cycles}}};
-    counters_.bus.page_misses += access.page_miss ? 1 : 0;
-    if (!access.page_miss && clocks == 0) {
-        return;
-    }
-    const Cause& cause = kCauses[static_cast<std::size_t>(access.wait)];
-    counters_.bus.*cause.counter += clocks;
+    static constexpr std::array<BusRecord::Use, 3> kUses = {
+        BusRecord::Use::kPageMiss, BusRecord::Use::kRefresh, BusRecord::Use::kWrite};  // by Wait
+    if (!access.page_miss && clocks == 0) return;
     const CycleSpan span{at_cycle_, at_cycle_ + clocks - 1};
-    note_span(cause.kind, span, access.page_miss ? 1 : 0);
+    record_.add(kUses[static_cast<std::size_t>(access.wait)], span, access.page_miss ? 1 : 0);
     if (settings_.observer != nullptr && clocks > 0) {
         report_wait(access.wait, span);
     }
@@ -578,9 +557,7 @@ void InputFramebuffer::send_beats(int pixels) {
                                  burst_left_ - sent});
         }
     }
-    counters_.bus.busy_cycles += span.cycles();
-    counters_.bus.pixels_sent += taken;
-    note_span(SpanKind::kBeats, span, taken);
+    record_.add(BusRecord::Use::kBeats, span, taken);
     if (settings_.observer != nullptr) {
         settings_.observer->beats(settings_.renderer + 1, row.segment.row().dcomp, frames_started_ - 1,
                                   row.sent, taken, std::exchange(recovered_slots_, 0), span);
@@ -640,7 +617,7 @@ void InputFramebuffer::ask_for_slot(Row& row) {
     for (Row& row : rows_) {
         if (row.segment.row().dcomp == display && row.sent < row.pixels) {
             row.slot.cycle = notice.slot_cycle;
-            if (state_ == State::kSend && polling_ && notice.slot_cycle < next_cycle_) {
+            if (state_ == State::kSend && record_.polls() && notice.slot_cycle < next_cycle_) {
                 next_cycle_ = notice.slot_cycle;
                 agenda_.schedule(bus_, next_cycle_);
             }
@@ -715,60 +692,14 @@ std::int64_t InputFramebuffer::writes_known_before() const {
 
 // ---- what a run reports ----
 
-void InputFramebuffer::note_span(SpanKind kind, CycleSpan cycles, int pixels) {
-    newest_spans_.push_back({kind, cycles, pixels});
-}
-
 RendererCounters InputFramebuffer::counters(std::int64_t through_cycle) const {
     RendererCounters counters = counters_;
-    BusCounters& bus = counters.bus;
-    if (polling_) {
-        bus.poll_cycles += std::max<std::int64_t>(0, through_cycle + 1 - poll_from_);
-    }
-    // A burst or a slot under way has been counted to its end already, even if its arbiter has not answered yet.
-    if (newest_grant_.cycle > through_cycle) {
-        --bus.bursts;
-        bus.recovered_slots -= newest_grant_.recovered_slots;
-    }
-    for (const Span& span : newest_spans_) {
-        const std::int64_t done = std::clamp<std::int64_t>(through_cycle + 1 - span.cycles.first, 0,
-                                                           std::max<std::int64_t>(0, span.cycles.cycles()));
-        const std::int64_t excess = span.cycles.cycles() - done;
-        switch (span.kind) {
-            case SpanKind::kTable:
-                bus.table_cycles -= excess;
-                break;
-            case SpanKind::kLost:
-                bus.lost_cycles -= excess;
-                break;
-            case SpanKind::kGrant:
-                bus.grant_cycles -= excess;
-                break;
-            case SpanKind::kRefresh:
-                bus.refresh_cycles -= excess;
-                break;
-            case SpanKind::kWrite:
-                bus.write_cycles -= excess;
-                break;
-            case SpanKind::kPageMiss:
-                bus.page_miss_cycles -= excess;
-                bus.page_misses -= through_cycle < span.cycles.first ? span.pixels : 0;
-                break;
-            case SpanKind::kBeats: {
-                bus.busy_cycles -= excess;
-                const std::int64_t beats = (done + cycles_per_beat_ - 1) / cycles_per_beat_;
-                bus.pixels_sent -=
-                    span.pixels - std::min<std::int64_t>(span.pixels, beats * pixels_per_beat_);
-                break;
-            }
-        }
-    }
-    bus.idle_cycles = through_cycle + 1 - bus.wanted_cycles();
+    counters.bus = record_.counters(through_cycle);
     return counters;
 }
 
 std::int64_t InputFramebuffer::bus_progress(std::int64_t through_cycle) const {
-    const BusCounters bus = counters(through_cycle).bus;
+    const BusCounters bus = record_.counters(through_cycle);
     return bus.pixels_sent + bus.table_cycles;
 }
 
@@ -794,27 +725,10 @@ std::string InputFramebuffer::waiting_for(std::int64_t through_cycle) const {
             return waits::for_tableready(frame);
         case State::kSend:
         case State::kBurst: {
-            for (const Span& span : newest_spans_) {
-                const bool now = span.cycles.first <= through_cycle && through_cycle < span.cycles.last;
-                if (now && span.kind == SpanKind::kTable) {
-                    return {};
-                }
-                if (now && span.kind == SpanKind::kPageMiss) {
-                    return waits::for_memory_page();
-                }
-                if (now && span.kind == SpanKind::kRefresh) {
-                    return waits::for_memory_refresh();
-                }
-                if (now && span.kind == SpanKind::kWrite) {
-                    return waits::for_memory_write();
-                }
-                if (now && span.kind == SpanKind::kLost) {
-                    return waits::for_lost_slot();
-                }
-            }
+            if (const auto waits = record_.waiting_for(through_cycle)) return *waits;
             std::vector<int> displays;
             // A burst under way has been counted to its end.
-            const std::int64_t unsent = counters_.bus.pixels_sent - counters(through_cycle).bus.pixels_sent;
+            const std::int64_t unsent = record_.pixels_behind(through_cycle);
             for (std::size_t i = 0; i < rows_.size(); ++i) {
                 const Row& row = rows_[i];
                 const bool in_burst = unsent > 0 && static_cast<int>(i) == burst_row_;

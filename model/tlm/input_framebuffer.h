@@ -14,6 +14,7 @@
 #include "report/machine_report.h"
 #include "scenario/scenario.h"
 #include "tlm/agenda.h"
+#include "tlm/bus_record.h"
 #include "tlm/content_cache.h"
 #include "tlm/cycle.h"
 #include "tlm/payload.h"
@@ -104,12 +105,6 @@ class InputFramebuffer final : public sc_core::sc_module, public Decider {
         int composers = 0;
         std::int64_t cycle = 0;
     };
-    enum class SpanKind : std::uint8_t { kTable, kBeats, kPageMiss, kRefresh, kWrite, kGrant, kLost };
-    struct Span {
-        SpanKind kind = SpanKind::kTable;
-        CycleSpan cycles;
-        int pixels = 0;  ///< kBeats: moved; kPageMiss: 1 if a page was opened
-    };
 
     void ask_for_frame(std::int64_t cycle);
     void start_frame(std::int64_t cycle);
@@ -133,7 +128,6 @@ class InputFramebuffer final : public sc_core::sc_module, public Decider {
                                      sc_core::sc_time& delay);
     void wait_for_arbiter(std::int64_t clocks);
     void stop_polling(std::int64_t cycle);
-    void note_span(SpanKind kind, CycleSpan cycles, int pixels);
     void advance(Row& row, int pixels) const;
 
     // ---- shared ports ----
@@ -198,8 +192,6 @@ class InputFramebuffer final : public sc_core::sc_module, public Decider {
     std::int64_t pixels_left_ = 0;
     std::unique_ptr<ArbitrationPolicy> policy_;
     std::array<TableReady, kFramesKept> table_ready_{};
-    bool polling_ = false;
-    std::int64_t poll_from_ = 0;
     bool new_frame_ = false;  ///< the memory has not been accessed yet
     // The burst under way.
     int burst_row_ = 0;
@@ -207,11 +199,6 @@ class InputFramebuffer final : public sc_core::sc_module, public Decider {
     int burst_beats_ = 0;
     int last_beat_pixels_ = 0;
     int recovered_slots_ = 0;
-    struct Grant {
-        std::int64_t cycle = 0;  ///< of the arbiter's answer
-        int recovered_slots = 0;
-    };
-    Grant newest_grant_;
     RecoveredSlot first_recovered_slot_;
     std::int64_t slot_table_cycle_ = 0;  ///< from which the frame's slot table is ready
     std::int64_t at_cycle_ = 0;          ///< of the next beat or page miss
@@ -226,9 +213,8 @@ class InputFramebuffer final : public sc_core::sc_module, public Decider {
     Message<MemoryAccess> memory_access_;
     Message<BusTransfer> bus_transfer_;
 
-    RendererCounters counters_;
-    std::vector<Span>
-        newest_spans_;  ///< since the last decision: counted already, perhaps beyond the present
+    RendererCounters counters_;  ///< without those of the bus
+    BusRecord record_;
     std::vector<FrameSource> frame_sources_;
 };
 
