@@ -288,7 +288,8 @@ bool SizeCommand::print_stalling(const exploration::SweepDescription& asked,
 /// Prints the margins of answers. Returns false if it was stopped.
 bool SizeCommand::try_margins(const exploration::SweepDescription& asked,
                               const std::vector<SizedMachine>& machines) const {
-    if ((quiet_ && margin_steps_ == 0) || asked.scenario.empty()) return true;
+    const bool is_fast = processes_.level == TimedLevel::kTlm;
+    if (((quiet_ || !is_fast) && margin_steps_ == 0) || asked.scenario.empty()) return true;
     MarginRequest margins;
     for (const Axis& axis : asked.axes) margins.keys.push_back(axis.keys.front());
     margins.steps = margin_steps_;
