@@ -793,6 +793,13 @@ TEST_CASE("an event that does not happen is refused before the run, with the opt
             std::filesystem::remove_all(work / "out");
         }
     }
+    const std::vector<std::string> fault{
+        "--set", "faults=[{renderer: left, display: 1, kind: busready_low, from_cycle: 5, cycles: 5}]"};
+    const ProgramResult untried =
+        work.run(fault + std::vector<std::string>{"--no-images", "--trace", "t.vcd", "--trace-window",
+                                                  "first-starved-pixel"});
+    CHECK(untried.status == kExitBadInput);
+    CHECK_THAT(untried.err, Contains("; it may with --set bus.width_bits=128\n"));
     const ProgramResult never = work.run({"--set", "composer.buffer_pixels=1000000", "--no-images", "--trace",
                                           "t.json", "--trace-window", "first-busready-drop"});
     CHECK(never.status == kExitBadInput);

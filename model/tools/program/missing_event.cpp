@@ -60,8 +60,8 @@ Explanation no_busready_drop(const Scenario& scenario, std::int64_t least_buffer
                    ? "BUSREADY never drops in a burst, since a composer takes a slot only with room for "
                      "composer.ready_space_pixels, " +
                          std::to_string(composer.ready_space_pixels) + ", and no burst is longer"
-                   : "BUSREADY never drops in a burst, since no composer.buffer_pixels, " +
-                         std::to_string(composer.buffer_pixels) + ", fill up before the burst ends";
+                   : "BUSREADY never drops in a burst, since no buffer (composer.buffer_pixels: " +
+                         std::to_string(composer.buffer_pixels) + ") is full before a burst for it ends";
     Change change{scenario, {}};
     change.ready_space(in_flight_pixels(scenario.bus, scenario.memory));
     text.changes.push_back(change);
@@ -149,9 +149,11 @@ std::string missing_event_text(const Scenario& scenario, const TraceWindow& wind
                std::to_string(scenario.frames - 1) + "; it does with --frames " + std::to_string(last + 1);
     }
     const Explanation text = explanation(scenario, window);
-    const Change* const change = level_tlm_knows_clocks(scenario) ? working(text.changes, window) : nullptr;
-    if (change != nullptr) return text.why + "; it does with " + change->options;
-    return text.why + (text.changes.empty() ? "" : "; none of the changes that were tried brings it about");
+    if (text.changes.empty()) return text.why;
+    if (!level_tlm_knows_clocks(scenario)) return text.why + "; it may with " + text.changes.front().options;
+    const Change* const change = working(text.changes, window);
+    return text.why + (change != nullptr ? "; it does with " + change->options
+                                         : "; none of the changes that were tried brings it about");
 }
 
 }  // namespace metabuffer
