@@ -91,9 +91,9 @@ struct WindowSearch {
     bool whole_run = false;  ///< without an event: the run came to its end, by no error and no watchdog
 };
 
-/// Searches for a window's event in a separate process, where `run` runs a machine up to the event. A trace must start before
-/// its event, so an earlier run has to find the event; every run is the same. If `run` throws, there is no event: the
-/// real run meets the same error and reports it. Call it before this process elaborates anything. Throws InputError.
+/// Searches for a window's event in a separate process, where `run` runs a machine up to the event. A trace must start
+/// before its event, so an earlier run has to find the event; every run is the same. If `run` throws, there is no event:
+/// the real run meets the same error and reports it. Call it before this process elaborates anything. Throws InputError.
 WindowSearch scout(const std::function<WindowSearch()>& run);
 
 }  // namespace metabuffer
