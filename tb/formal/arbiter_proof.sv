@@ -1,5 +1,5 @@
-// What the proofs of the bus arbiter assume and claim. Tables and requests are free choices, within docs/design.md: each
-// row of a table has a slot, and each slot a row. Outputs as those of composer_proof.
+// What the proofs of the bus arbiter assume and claim. Tables and requests are free choices, within docs/design.md:
+// each row of a table has a slot, and each slot a row. Outputs as those of composer_proof.
 module arbiter_proof #(
     parameter int LINES        = 3,
     parameter int SLOTS        = 5,
@@ -103,7 +103,9 @@ module arbiter_proof #(
   always_ff @(posedge clk_i) begin
     if (!started) watched <= watched_i;
     if (!started || start || !asks[watched] || (take && grant[watched])) waited <= '0;
-    else if (take && (valid || lost) && asked[GRANT_CYCLES][watched]) waited <= waited + (SLOT_BITS + 2)'(recovered) + 1'b1;
+    else if (take && (valid || lost) && asked[GRANT_CYCLES][watched]) begin
+      waited <= waited + (SLOT_BITS + 2)'(recovered) + 1'b1;
+    end
   end
 
   assign bad_grants = started && ((grant & (grant - 1'b1)) != '0 || valid != (grant != '0) || (valid && lost));
@@ -117,7 +119,8 @@ module arbiter_proof #(
       for (int line = 0; line < LINES; line = line + 1) begin
         if (by_deadline && GRANT_CYCLES == 0 && started && grant[winner] && asks[line] &&
             (deadline_i[line*PLACE_BITS+:PLACE_BITS] < deadline_i[winner*PLACE_BITS+:PLACE_BITS] ||
-             (line < winner && deadline_i[line*PLACE_BITS+:PLACE_BITS] == deadline_i[winner*PLACE_BITS+:PLACE_BITS]))) begin
+             (line < winner &&
+              deadline_i[line*PLACE_BITS+:PLACE_BITS] == deadline_i[winner*PLACE_BITS+:PLACE_BITS]))) begin
           bad_order = 1'b1;
         end
       end
@@ -130,7 +133,8 @@ module arbiter_proof #(
   assign seen_lost = started && lost;
   assign seen_search = started && search && !build;
   assign seen_built = started && search && build;
-  assign seen_end_of_table = started && take && valid && slot + 1'b1 == slot_count && slot_count == (SLOT_BITS + 1)'(SLOTS);
+  assign seen_end_of_table = started && take && valid && slot + 1'b1 == slot_count &&
+                             slot_count == (SLOT_BITS + 1)'(SLOTS);
   assign seen_long_wait = started && slot_count != '0 && waited == (SLOT_BITS + 2)'(slot_count) - 1'b1 && waited > 2;
 
   bus_arbiter #(

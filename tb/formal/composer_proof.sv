@@ -1,5 +1,6 @@
-// What the proofs of the composer assume and claim: a composer in SystemVerilog, its renderer's bus and its neighbours in
-// the pipeline, which keep to docs/design.md and do as they like otherwise. Every input but the clock is a free choice.
+// What the proofs of the composer assume and claim: a composer in SystemVerilog, its renderer's bus and its neighbours
+// in the pipeline, which keep to docs/design.md and do as they like otherwise. Every input but the clock is a free
+// choice.
 //
 // Outputs named bad_ must never be high, and those named seen_ must be reachable.
 module composer_proof #(
@@ -129,8 +130,8 @@ module composer_proof #(
   logic [LEFT_BITS-1:0] burst_left_1, count;
 
   always_comb begin : bus_choices
-    starts = (starts_table_i || PROMPT) && !in_table && own_left == '0 && !bursting && tableready_seen && table_uncounted == '0 &&
-             bus_frame - frames_over <= FRAME_BITS'(2);
+    starts = (starts_table_i || PROMPT) && !in_table && own_left == '0 && !bursting && tableready_seen &&
+             table_uncounted == '0 && bus_frame - frames_over <= FRAME_BITS'(2);
     sends_row = in_table && (sends_row_i || PROMPT);
     own_row = sends_row && row_is_own_i && !has_row;
     row_ends = row_is_last_i || (sends_row && next_row);
@@ -397,7 +398,8 @@ module composer_proof #(
 
   assign bad_ready = !reset && ((was_ready && !pipeready_out) || (startframe_out && !pipeready_in));
   assign bad_error = !reset && (error != '0 || fifo_error != '0);
-  assign bad_loss = !reset && ((!LOSSES && (lost != '0 || lost_tables != '0)) || (STALL_MODE && (late != '0 || starved)));
+  assign bad_loss = !reset && ((!LOSSES && (lost != '0 || lost_tables != '0)) ||
+                               (STALL_MODE && (late != '0 || starved)));
   // A lost frame passes what comes from above.
   assign bad_pixel = !reset && (valid_out != expected_valid || (pixel_out[0] && !expected_watched) ||
                                 (expected_watched && !pixel_out[0] && !(LOSSES && lost_out)) || (!LOSSES && lost_out));

@@ -1,6 +1,7 @@
-/* The handshakes of a whole machine without clocks: ROWS renderers with a bus each, COLUMNS displays with a pipeline each,
- * and the swap lock, by the rules of docs/design.md, in `stall` mode. Each bus, each column and each clock domain goes on at
- * a speed of its own. Spin proves the claim `live` and every assertion. MISTAKE=n breaks the rule that is marked so.
+/* The handshakes of a whole machine without clocks: ROWS renderers with a bus each, COLUMNS displays with a pipeline
+ * each, and the swap lock, by the rules of docs/design.md, in `stall` mode. Each bus, each column and each clock domain
+ * goes on at a speed of its own. Spin proves the claim `live` and every assertion. MISTAKE=n breaks the rule that is
+ * marked so.
  */
 #ifndef MISTAKE
 #define MISTAKE 0
@@ -14,8 +15,8 @@
 
 #define COMPOSER (row * COLUMNS + column)
 
-/* Composers: frames that are known and not over, pixels held, and pixels that have come of the frame that is composited or
- * is next. */
+/* Composers: frames that are known and not over, pixels held, and pixels that have come of the frame that is composited
+ * or is next. */
 byte known[4];
 byte held[4];
 byte arrived[4];
@@ -106,7 +107,8 @@ proctype pipeline(byte column) {
            !running[column] && !PIPEREADY_BELOW[column] && PICTURE_IS_FREE -> PIPEREADY_BELOW[column] = 1
        }
     :: d_step {
-           !running[column] && !PIPEREADY[COLUMNS + column] && PIPEREADY_BELOW[column] && PREFETCHED(COLUMNS + column) ->
+           !running[column] && !PIPEREADY[COLUMNS + column] && PIPEREADY_BELOW[column] &&
+               PREFETCHED(COLUMNS + column) ->
            PIPEREADY[COLUMNS + column] = 1
        }
     :: d_step {
