@@ -2,8 +2,7 @@
 // with the pixel from upstream. The FIFO has read the segment's pixels at the edge before, even if they came at that
 // edge.
 module merge_stage #(
-    parameter int WINDOW_ROWS = 1,  // source rows in the window: 1, or 2 to smooth
-    parameter int INDEX_BITS  = 32
+    parameter int WINDOW_ROWS = 1  // source rows in the window: 1, or 2 to smooth
 ) (
     input logic clk_i,
     input logic reset_i,  // synchronous, active high
@@ -25,21 +24,21 @@ module merge_stage #(
     output logic        stall_o,
 
     // The position that this edge composites, and the next one.
-    input logic                  running_i,
-    input logic                  covered_i,
-    input logic                  again_i,
-    input logic                  smooths_i,
-    input logic                  own_is_second_i,
-    input logic [6:0]            weight_x_i,
-    input logic [6:0]            weight_y_i,
-    input logic                  running_next_i,
-    input logic                  covered_next_i,
-    input logic [INDEX_BITS-1:0] newest_next_i,
+    input logic        running_i,
+    input logic        covered_i,
+    input logic        again_i,
+    input logic        smooths_i,
+    input logic        own_is_second_i,
+    input logic [6:0]  weight_x_i,
+    input logic [6:0]  weight_y_i,
+    input logic        running_next_i,
+    input logic        covered_next_i,
+    input logic [31:0] newest_next_i,
 
     // The frame, now and after this edge.
-    input logic                  abandoned_i,
-    input logic                  abandoned_next_i,
-    input logic [INDEX_BITS-1:0] arrived_next_i,
+    input logic        abandoned_i,
+    input logic        abandoned_next_i,
+    input logic [31:0] arrived_next_i,
 
     // The FIFO's words: of the position's own source row, and of the other one.
     input logic [63:0] word_i,

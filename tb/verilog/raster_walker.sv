@@ -2,40 +2,36 @@
 // which of them have then had their last use. Outputs named _next are of the position that the edge after this one
 // composites.
 module raster_walker #(
-    parameter int WINDOW_ROWS   = 1,  // source rows in the window: 1, or 2 to smooth
-    parameter int ADDRESS_BITS  = 12,
-    parameter int POSITION_BITS = 16,
-    parameter int MULTIPLE_BITS = 8,
-    parameter int INDEX_BITS    = 32,
-    parameter int FRAME_BITS    = 32
+    parameter int WINDOW_ROWS  = 1,  // source rows in the window: 1, or 2 to smooth
+    parameter int ADDRESS_BITS = 12
 ) (
     input logic clk_i,
     input logic reset_i,  // synchronous, active high
 
-    input logic [POSITION_BITS-1:0] raster_width_i,
-    input logic [POSITION_BITS-1:0] raster_height_i,
-    input logic                     smoothing_i,
+    input logic [15:0] raster_width_i,
+    input logic [15:0] raster_height_i,
+    input logic        smoothing_i,
 
     input logic start_i,   // a frame starts at this edge
     input logic moving_i,  // the column does not stand still
 
     // The segment, as the receiver has it.
-    input logic                     head_segment_i,
-    input logic [POSITION_BITS-1:0] left_i,
-    input logic [POSITION_BITS-1:0] right_i,
-    input logic [POSITION_BITS-1:0] top_i,
-    input logic [POSITION_BITS-1:0] bottom_i,
-    input logic [POSITION_BITS-1:0] source_width_i,
-    input logic [POSITION_BITS-1:0] source_height_i,
-    input logic [INDEX_BITS-1:0]    segment_pixels_i,
-    input logic [MULTIPLE_BITS-1:0] last_phase_i,
-    input logic [MULTIPLE_BITS-1:0] left_phase_i,
-    input logic [MULTIPLE_BITS-1:0] top_phase_i,
-    input logic                     left_apron_i,
-    input logic                     top_apron_i,
-    input logic [22:0]              reciprocal_i,
-    input logic [ADDRESS_BITS-1:0]  base_i,
-    input logic [INDEX_BITS-1:0]    released_i,
+    input logic                    head_segment_i,
+    input logic [15:0]             left_i,
+    input logic [15:0]             right_i,
+    input logic [15:0]             top_i,
+    input logic [15:0]             bottom_i,
+    input logic [15:0]             source_width_i,
+    input logic [15:0]             source_height_i,
+    input logic [31:0]             segment_pixels_i,
+    input logic [7:0]              last_phase_i,
+    input logic [7:0]              left_phase_i,
+    input logic [7:0]              top_phase_i,
+    input logic                    left_apron_i,
+    input logic                    top_apron_i,
+    input logic [22:0]             reciprocal_i,
+    input logic [ADDRESS_BITS-1:0] base_i,
+    input logic [31:0]             released_i,
 
     // The position that this edge composites, if it does.
     output logic       running_o,
@@ -48,50 +44,50 @@ module raster_walker #(
     output logic [6:0] weight_y_o,
 
     // What has had its last use then.
-    output logic                  releases_o,
-    output logic                  smoothed_releases_o,
-    output logic [INDEX_BITS-1:0] release_end_o,
+    output logic        releases_o,
+    output logic        smoothed_releases_o,
+    output logic [31:0] release_end_o,
 
     // The next position, and where the FIFO has its pixels.
     output logic                    running_next_o,
     output logic                    covered_next_o,
-    output logic [INDEX_BITS-1:0]   newest_next_o,  // of the pixels that it shows
-    output logic                    across_next_o,  // it shows pixels of the other row, too
+    output logic [31:0]             newest_next_o,    // of the pixels that it shows
+    output logic                    across_next_o,    // it shows pixels of the other row, too
     output logic [ADDRESS_BITS-1:0] window_address_o,
     output logic [ADDRESS_BITS-1:0] row_address_o,
 
     // Status, as of the composer.
-    output logic [FRAME_BITS-1:0]    frame_o,
-    output logic [POSITION_BITS-1:0] x_o,
-    output logic [POSITION_BITS-1:0] y_o,
-    output logic [INDEX_BITS-1:0]    pixel_o,
-    output logic [INDEX_BITS-1:0]    row_first_pixel_o,
-    output logic [POSITION_BITS-1:0] column_o,
-    output logic [MULTIPLE_BITS-1:0] row_phase_o
+    output logic [31:0] frame_o,
+    output logic [15:0] x_o,
+    output logic [15:0] y_o,
+    output logic [31:0] pixel_o,
+    output logic [31:0] row_first_pixel_o,
+    output logic [15:0] column_o,
+    output logic [7:0]  row_phase_o
 );
   localparam bit SMOOTHS = WINDOW_ROWS > 1;
 
   logic        row_covered;
-  logic [POSITION_BITS-1:0] source_row;       // that this raster row shows
-  logic [MULTIPLE_BITS-1:0] column_phase;
-  logic [MULTIPLE_BITS-1:0] first_row_phase;  // of the source row shown: not 0 only for one cut by the raster's top
+  logic [15:0] source_row;       // that this raster row shows
+  logic [7:0]  column_phase;
+  logic [7:0]  first_row_phase;  // of the source row shown: not 0 only for one cut by the raster's top
 
   // ---- the walk ----
 
   logic compositing, raster_row_ends, last_use;
   assign compositing = moving_i && running_o;
-  assign raster_row_ends = x_o == raster_width_i - POSITION_BITS'(1);
-  assign frame_ends_o = compositing && raster_row_ends && y_o == raster_height_i - POSITION_BITS'(1);
+  assign raster_row_ends = x_o == raster_width_i - 16'd1;
+  assign frame_ends_o = compositing && raster_row_ends && y_o == raster_height_i - 16'd1;
   assign again_o = row_phase_o > first_row_phase;
-  assign last_use = (row_phase_o == last_phase_i || y_o == bottom_i - POSITION_BITS'(1)) &&
-                    (column_phase == last_phase_i || x_o == right_i - POSITION_BITS'(1));
+  assign last_use = (row_phase_o == last_phase_i || y_o == bottom_i - 16'd1) &&
+                    (column_phase == last_phase_i || x_o == right_i - 16'd1);
   assign releases_o = compositing && covered_o && last_use && !smooths_o;
 
-  logic [POSITION_BITS-1:0] x_next, y_next, column_next;
-  logic [MULTIPLE_BITS-1:0] column_phase_next, row_phase_next, first_row_phase_next;
-  logic [INDEX_BITS-1:0] row_first_pixel_next, pixel_next;
+  logic [15:0] x_next, y_next, column_next;
+  logic [7:0] column_phase_next, row_phase_next, first_row_phase_next;
+  logic [31:0] row_first_pixel_next, pixel_next;
   logic row_covered_next;
-  logic [POSITION_BITS-1:0] source_row_next;
+  logic [15:0] source_row_next;
 
   always_comb begin : walk
     x_next = x_o;
@@ -106,59 +102,59 @@ module raster_walker #(
     if (start_i) begin
       x_next = '0;
       y_next = '0;
-      column_next = POSITION_BITS'(left_apron_i);
+      column_next = {15'd0, left_apron_i};
       column_phase_next = left_phase_i;
       row_phase_next = top_phase_i;
       first_row_phase_next = top_phase_i;
-      row_first_pixel_next = top_apron_i ? INDEX_BITS'(source_width_i) : '0;
-      source_row_next = POSITION_BITS'(top_apron_i);
+      row_first_pixel_next = top_apron_i ? {16'd0, source_width_i} : '0;
+      source_row_next = {15'd0, top_apron_i};
       row_covered_next = head_segment_i && top_i == '0 && bottom_i != '0;
     end else if (compositing) begin
       if (raster_row_ends) begin
         x_next = '0;
-        y_next = y_o + POSITION_BITS'(1);
-        column_next = POSITION_BITS'(left_apron_i);
+        y_next = y_o + 16'd1;
+        column_next = {15'd0, left_apron_i};
         column_phase_next = left_phase_i;
         if (row_covered) begin
           if (row_phase_o == last_phase_i) begin
             row_phase_next = '0;
             first_row_phase_next = '0;
-            row_first_pixel_next = row_first_pixel_o + INDEX_BITS'(source_width_i);
-            source_row_next = source_row + POSITION_BITS'(1);
+            row_first_pixel_next = row_first_pixel_o + {16'd0, source_width_i};
+            source_row_next = source_row + 16'd1;
           end else begin
-            row_phase_next = row_phase_o + MULTIPLE_BITS'(1);
+            row_phase_next = row_phase_o + 8'd1;
           end
         end
         row_covered_next = head_segment_i && y_next >= top_i && y_next < bottom_i;
       end else begin
-        x_next = x_o + POSITION_BITS'(1);
+        x_next = x_o + 16'd1;
         if (covered_o) begin
           if (column_phase == last_phase_i) begin
             column_phase_next = '0;
-            column_next = column_o + POSITION_BITS'(1);
+            column_next = column_o + 16'd1;
           end else begin
-            column_phase_next = column_phase + MULTIPLE_BITS'(1);
+            column_phase_next = column_phase + 8'd1;
           end
         end
       end
     end
     running_next_o = start_i || (running_o && !frame_ends_o);
     covered_next_o = row_covered_next && x_next >= left_i && x_next < right_i;
-    pixel_next = row_first_pixel_next + INDEX_BITS'(column_next);
+    pixel_next = row_first_pixel_next + {16'd0, column_next};
   end
 
   // ---- smoothing ----
 
   // A replication factor of 1 leaves nothing to smooth.
-  logic [MULTIPLE_BITS-1:0] multiple;
-  logic [MULTIPLE_BITS-2:0] reach;  // raster pixels beyond its own block in which a source pixel is mixed
+  logic [7:0] multiple;
+  logic [6:0] reach;  // raster pixels beyond its own block in which a source pixel is mixed
   assign smooths_o = SMOOTHS && smoothing_i && last_phase_i != '0;
-  assign multiple = last_phase_i + MULTIPLE_BITS'(1);
-  assign reach = multiple[MULTIPLE_BITS-1:1];
+  assign multiple = last_phase_i + 8'd1;
+  assign reach = multiple[7:1];
 
   // The next position's window: the own source pixel, one beside it in its row, one across it in another row, and the
   // one that is both. They lie on the side of the block's centre on which the raster pixel lies.
-  logic [MULTIPLE_BITS:0] column_position, row_position;  // 2 phase + 1
+  logic [8:0] column_position, row_position;  // 2 phase + 1
   logic beside_is_left_next, across_is_above_next, beside_next;
 
   always_comb begin : window
@@ -167,40 +163,39 @@ module raster_walker #(
     beside_is_left_next = column_position < {1'b0, multiple};
     across_is_above_next = row_position < {1'b0, multiple};
     beside_next = smooths_o && column_position != {1'b0, multiple} &&
-                  (beside_is_left_next ? column_next != '0 : column_next != source_width_i - POSITION_BITS'(1));
+                  (beside_is_left_next ? column_next != '0 : column_next != source_width_i - 16'd1);
     across_next_o = smooths_o && row_position != {1'b0, multiple} &&
-                  (across_is_above_next ? source_row_next != '0
-                                        : source_row_next != source_height_i - POSITION_BITS'(1));
+                  (across_is_above_next ? source_row_next != '0 : source_row_next != source_height_i - 16'd1);
     window_address_o = base_i + ADDRESS_BITS'(pixel_next) - ADDRESS_BITS'(beside_next && beside_is_left_next);
     row_address_o = across_is_above_next ? window_address_o - ADDRESS_BITS'(source_width_i)
                                        : window_address_o + ADDRESS_BITS'(source_width_i);
-    newest_next_o = pixel_next + INDEX_BITS'(beside_next && !beside_is_left_next);
-    if (across_next_o && !across_is_above_next) newest_next_o = newest_next_o + INDEX_BITS'(source_width_i);
+    newest_next_o = pixel_next + {31'd0, beside_next && !beside_is_left_next};
+    if (across_next_o && !across_is_above_next) newest_next_o = newest_next_o + {16'd0, source_width_i};
   end
 
   // A source row is released in the last raster row that is mixed of it. At the bottom of the raster two may be in use
   // still: then the upper one is released pixel by pixel, and all others at the end.
   logic last_raster_row, last_raster_column, releases_row_above, row_releases;
-  logic [INDEX_BITS-1:0] released_row;
+  logic [31:0] released_row;
 
   always_comb begin : smoothed_release
-    last_raster_row = y_o == bottom_i - POSITION_BITS'(1);
-    last_raster_column = x_o == right_i - POSITION_BITS'(1);
-    releases_row_above = source_row != '0 && (row_phase_o == {1'b0, reach} - MULTIPLE_BITS'(1) ||
+    last_raster_row = y_o == bottom_i - 16'd1;
+    last_raster_column = x_o == right_i - 16'd1;
+    releases_row_above = source_row != '0 && (row_phase_o == {1'b0, reach} - 8'd1 ||
                                               (last_raster_row && row_phase_o < {1'b0, reach}));
     row_releases = releases_row_above || last_raster_row;
-    released_row = releases_row_above ? row_first_pixel_o - INDEX_BITS'(source_width_i) : row_first_pixel_o;
-    if (!smooths_o) release_end_o = pixel_o + INDEX_BITS'(1);
-    else if (start_i) release_end_o = INDEX_BITS'(source_width_i);  // a row above the raster that nothing needs
-    else if (!last_raster_column) release_end_o = released_row + INDEX_BITS'(column_o);
+    released_row = releases_row_above ? row_first_pixel_o - {16'd0, source_width_i} : row_first_pixel_o;
+    if (!smooths_o) release_end_o = pixel_o + 32'd1;
+    else if (start_i) release_end_o = {16'd0, source_width_i};  // a row above the raster that nothing needs
+    else if (!last_raster_column) release_end_o = released_row + {16'd0, column_o};
     else if (last_raster_row) release_end_o = segment_pixels_i;
-    else release_end_o = released_row + INDEX_BITS'(source_width_i);
+    else release_end_o = released_row + {16'd0, source_width_i};
     smoothed_releases_o = smooths_o && release_end_o > released_i;
     if (start_i) begin
       smoothed_releases_o = smoothed_releases_o && head_segment_i && top_apron_i && top_phase_i >= {1'b0, reach};
     end else begin
       smoothed_releases_o = smoothed_releases_o && compositing && covered_o && row_releases &&
-                          (last_raster_column || (column_o != '0 && column_phase >= {1'b0, reach} - MULTIPLE_BITS'(1)));
+                          (last_raster_column || (column_o != '0 && column_phase >= {1'b0, reach} - 8'd1));
     end
   end
 
@@ -213,22 +208,22 @@ module raster_walker #(
 
     blend_counter column_counter (
         .clk_i,
-        .multiple_i(8'(multiple)),
+        .multiple_i(multiple),
         .reciprocal_i,
         .start_i(start_i || (compositing && raster_row_ends)),
-        .start_phase_i(8'(left_phase_i)),
+        .start_phase_i(left_phase_i),
         .step_i(compositing && covered_o),
-        .phase_i(8'(column_phase_next)),
+        .phase_i(column_phase_next),
         .weight_o(weight_x)
     );
     blend_counter row_counter (
         .clk_i,
-        .multiple_i(8'(multiple)),
+        .multiple_i(multiple),
         .reciprocal_i,
         .start_i,
-        .start_phase_i(8'(top_phase_i)),
+        .start_phase_i(top_phase_i),
         .step_i(compositing && raster_row_ends && row_covered),
-        .phase_i(8'(row_phase_next)),
+        .phase_i(row_phase_next),
         .weight_o(weight_y)
     );
 
@@ -257,7 +252,7 @@ module raster_walker #(
       running_o <= running_next_o;
       row_covered <= row_covered_next;
       covered_o <= covered_next_o;
-      if (start_i) frame_o <= frame_o + FRAME_BITS'(1);
+      if (start_i) frame_o <= frame_o + 32'd1;
     end
   end
 

@@ -478,7 +478,7 @@ std::string Explorer::Session::why_unmet(const Job& job) const {
     const std::int64_t lowest = job.run_ids.begin()->first;
     const std::int64_t largest = job.run_ids.rbegin()->first;
     const SearchDescription& search = *plan().search;
-    const std::string missed = plan().search->setting_text(largest) + ": " + job.misses.at(largest);
+    std::string missed = plan().search->setting_text(largest) + ": " + job.misses.at(largest);
     if (job.search->exhaustive() && lowest == largest) return missed;
     const std::string range = search.text_of(lowest) + " to " + search.text_of(largest);
     const std::string what = job.search->exhaustive() ? "no value of " + range + " meets the goal"

@@ -81,6 +81,8 @@ bool takes(const ScenarioTemplate& scenario, std::vector<ScenarioOverride> overr
 std::string margin_steps_text() {
     std::vector<std::string> cycles;
     std::vector<std::string> shares;
+    cycles.reserve(kMovedCycles.size());
+    shares.reserve(kMovedShares.size());
     for (const int moved : kMovedCycles) cycles.push_back(std::to_string(moved));
     for (const double share : kMovedShares) shares.push_back(text::number(kPercent * share));
     return text::joined(cycles, "or") + " clocks, or " + text::joined(shares, "or") + " %";
