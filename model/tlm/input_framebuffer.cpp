@@ -340,9 +340,10 @@ void InputFramebuffer::arbitrate(std::int64_t cycle) {
             next_cycle_ = cycle;
             wait_for_arbiter(scenario_.bus.grant_cycles);
             record_.add_burst(next_cycle_, grant.recovered_slots);
-            if (grant.recovered_slots > 0 && first_recovered_slot_.cycle == kUnknownCycle) {
-                const Row& granted = rows_[static_cast<std::size_t>(grant.row)];
-                first_recovered_slot_ = {next_cycle_, granted.segment.row().dcomp - std::size_t{1}};
+            if (grant.recovered_slots > 0 && !first_recovered_slot_.happened()) {
+                first_recovered_slot_.cycle = next_cycle_;
+                first_recovered_slot_.display =
+                    rows_[static_cast<std::size_t>(grant.row)].segment.row().dcomp;
             }
             start_burst(grant.row, grant.recovered_slots);
             return;

@@ -11,6 +11,7 @@
 #include "datapath/arbitration/arbitration_policy.h"
 #include "datapath/link/pair_keeper.h"
 #include "datapath/segment.h"
+#include "report/machine_event.h"
 #include "report/machine_report.h"
 #include "scenario/scenario.h"
 #include "tlm/agenda.h"
@@ -56,12 +57,9 @@ class InputFramebuffer final : public sc_core::sc_module, public Decider {
     /// What each composited frame that has been started was made of.
     const std::vector<FrameSource>& frame_sources() const { return frame_sources_; }
 
-    /// The first grant for which the arbiter has passed over slots; it may lie ahead of the present clock.
-    struct RecoveredSlot {
-        std::int64_t cycle = kUnknownCycle;
-        std::size_t display = 0;  ///< index, of the composer that got the bus
-    };
-    const RecoveredSlot& first_recovered_slot() const { return first_recovered_slot_; }
+    /// The first grant for which the arbiter has passed over slots, and the display of the composer that got the bus. It
+    /// may lie ahead of the present clock; its renderer is not set.
+    const MachineEvent& first_recovered_slot() const { return first_recovered_slot_; }
 
     /// Everything counted up to a core clock, which must be the present one; `core_cycles` of the run are one more.
     RendererCounters counters(std::int64_t through_cycle) const;
@@ -199,7 +197,7 @@ class InputFramebuffer final : public sc_core::sc_module, public Decider {
     int burst_beats_ = 0;
     int last_beat_pixels_ = 0;
     int recovered_slots_ = 0;
-    RecoveredSlot first_recovered_slot_;
+    MachineEvent first_recovered_slot_;
     std::int64_t slot_table_cycle_ = 0;  ///< from which the frame's slot table is ready
     std::int64_t at_cycle_ = 0;          ///< of the next beat or page miss
     bool accessing_ = false;             ///< the memory has been asked for the words from at_cycle_ on

@@ -255,37 +255,42 @@ std::int64_t Metabuffer::if_certain(std::int64_t cycle) const {
     return cycle <= through ? cycle : ComposerRecord::kNever;
 }
 
-MachineEvent Metabuffer::certain_event(std::int64_t cycle, std::size_t renderer, std::size_t display) const {
-    return {if_certain(cycle), static_cast<int>(renderer) + 1, static_cast<int>(display) + 1};
+MachineEvent Metabuffer::certain(MachineEvent event) const {
+    event.cycle = if_certain(event.cycle);
+    return event;
+}
+
+/// The earliest of the composers' events of a kind, given each one's clock.
+template <typename CycleOf>
+MachineEvent Metabuffer::first_of_composers(const CycleOf& cycle_of) const {
+    MachineEvent first;
+    for (std::size_t r = 0; r < renderers(); ++r) {
+        for (std::size_t d = 0; d < displays(); ++d) {
+            first =
+                earlier(first, certain({cycle_of(r, d), static_cast<int>(r) + 1, static_cast<int>(d) + 1}));
+        }
+    }
+    return first;
 }
 
 MachineEvent Metabuffer::first_busready_drop() const {
-    MachineEvent first;
-    for (std::size_t r = 0; r < renderers(); ++r) {
-        for (std::size_t d = 0; d < displays(); ++d) {
-            first = earlier(first, certain_event(composer(r, d).first_busready_drop_cycle(), r, d));
-        }
-    }
-    return first;
+    return first_of_composers(
+        [this](std::size_t r, std::size_t d) { return composer(r, d).first_busready_drop_cycle(); });
 }
 
 MachineEvent Metabuffer::first_starved() const {
-    MachineEvent first;
-    for (std::size_t r = 0; r < renderers(); ++r) {
-        for (std::size_t d = 0; d < displays(); ++d) {
-            const std::int64_t cycle = std::min(composer(r, d).first_starved_cycle(),
-                                                columns_[d]->first_stall_cycle(static_cast<int>(r)));
-            first = earlier(first, certain_event(cycle, r, d));
-        }
-    }
-    return first;
+    return first_of_composers([this](std::size_t r, std::size_t d) {
+        return std::min(composer(r, d).first_starved_cycle(),
+                        columns_[d]->first_stall_cycle(static_cast<int>(r)));
+    });
 }
 
 MachineEvent Metabuffer::first_recovered_slot() const {
     MachineEvent first;
     for (std::size_t r = 0; r < renderers(); ++r) {
-        const InputFramebuffer::RecoveredSlot& recovered = input_framebuffers_[r]->first_recovered_slot();
-        first = earlier(first, certain_event(recovered.cycle, r, recovered.display));
+        MachineEvent of_bus = input_framebuffers_[r]->first_recovered_slot();
+        of_bus.renderer = static_cast<int>(r) + 1;
+        first = earlier(first, certain(of_bus));
     }
     return first;
 }
@@ -294,7 +299,7 @@ MachineEvent Metabuffer::startframe(int frame) const {
     MachineEvent first;
     for (std::size_t d = 0; d < displays(); ++d) {
         if (columns_[d]->started(frame))
-            first = earlier(first, certain_event(columns_[d]->start_cycle(frame), 0, d));
+            first = earlier(first, certain({columns_[d]->start_cycle(frame), 1, static_cast<int>(d) + 1}));
     }
     return first;
 }

@@ -94,7 +94,9 @@ class Metabuffer final : public sc_core::sc_module {
     Memory make_memory(const char* name, int renderer) const;
     std::int64_t last_pixel_cycle(int frame) const;
     std::int64_t if_certain(std::int64_t cycle) const;
-    MachineEvent certain_event(std::int64_t cycle, std::size_t renderer, std::size_t display) const;
+    MachineEvent certain(MachineEvent event) const;
+    template <typename CycleOf>
+    MachineEvent first_of_composers(const CycleOf& cycle_of) const;
     std::int64_t raster_pixels_taken(std::int64_t through_cycle) const;
     void look();
     std::int64_t progress(std::int64_t picoseconds) const;

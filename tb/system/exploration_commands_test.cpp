@@ -340,6 +340,20 @@ TEST_CASE("size: the smallest value is the one that trying all of them finds", "
     CHECK(found_values > 0);  // the narrower buses starve with any of these buffers
 }
 
+/// "width pixels;" of each line of a printed front.
+std::string front_rows(const std::string& table) {
+    std::string rows;
+    const std::vector<std::string> lines = lines_of(table);
+    for (std::size_t n = 1; n < lines.size(); ++n) {
+        std::istringstream words(lines[n]);
+        std::string width;
+        std::string pixels;
+        words >> width >> pixels;
+        rows += width + " " + pixels + ";";
+    }
+    return rows;
+}
+
 /// Tries all of a grid: the front is what no other machine undercuts in both keys.
 TEST_CASE("size: two keys give the front that trying all of them gives", "[program][size][repeat]") {
     const Workplace work;
@@ -381,16 +395,7 @@ TEST_CASE("size: two keys give the front that trying all of them gives", "[progr
                            "--checks", "400", "--quiet"});
     INFO(result.out << result.err);
     REQUIRE(result.status == kExitDone);
-    std::string front;
-    const std::vector<std::string> lines = lines_of(result.out);
-    for (std::size_t n = 1; n < lines.size(); ++n) {
-        std::istringstream words(lines[n]);
-        std::string width;
-        std::string pixels;
-        words >> width >> pixels;
-        front += width + " " + pixels + ";";
-    }
-    CHECK(front == expected);
+    CHECK(front_rows(result.out) == expected);
 }
 
 /// Whichever key comes first: each corner is found from both sides.
@@ -520,15 +525,6 @@ TEST_CASE("size: the front of two keys is kept, a row for each corner", "[progra
                            "composer.buffer_pixels", "--quiet", "-o", "front.db"});
     INFO(result.out << result.err);
     REQUIRE(result.status == kExitDone);
-    std::string printed;
-    const std::vector<std::string> lines = lines_of(result.out);
-    for (std::size_t n = 1; n < lines.size(); ++n) {
-        std::istringstream words(lines[n]);
-        std::string width;
-        std::string pixels;
-        words >> width >> pixels;
-        printed += width + " " + pixels + ";";
-    }
     std::string kept;
     for (const auto& row : ResultsReader(work / "front.db")
                                .results({"bus.width_bits", "composer.buffer_pixels", "whole"}, "")
@@ -536,8 +532,8 @@ TEST_CASE("size: the front of two keys is kept, a row for each corner", "[progra
         kept += text_of(row[0]) + " " + text_of(row[1]) + ";";
         CHECK(text_of(row[2]) == "1");
     }
-    CHECK(kept == printed);
-    CHECK(lines.size() > 2);
+    CHECK(kept == front_rows(result.out));
+    CHECK(std::count(kept.begin(), kept.end(), ';') > 1);
 }
 
 /// The displays limit the rate, whatever the machine could do. The first frame does not wait for them, so two frames

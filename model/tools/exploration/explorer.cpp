@@ -18,6 +18,7 @@
 #include "host/text.h"
 #include "tools/exploration/expression.h"
 #include "tools/exploration/figures.h"
+#include "tools/exploration/goal.h"
 
 namespace metabuffer::exploration {
 namespace {
@@ -112,9 +113,7 @@ class Explorer::Session {
     void add_figures(PointRecord& point) const;
     std::optional<PointRecord> begin_search(Job& job) const;
     void ended(std::size_t number, PointRecord record);
-    bool meets_goal(const RunRecord& record) const;
     void put_cost(RunRecord& record) const;
-    std::string missed_by(const RunRecord& record) const;
     std::string why_unmet(const Job& job) const;
     void report_progress();
 
@@ -123,8 +122,7 @@ class Explorer::Session {
     const Explorer& explorer_;
     ResultsDatabase* results_;
     const ExploreOptions& options_;
-    std::optional<Expression> goal_;
-    std::vector<Expression> goal_parts_;  ///< which the goal asks for together
+    std::optional<Goal> goal_;
     std::optional<Expression> cost_;
     bool wants_wrong_pixels_ = false;  ///< goal or cost names them
     Clock::time_point started_ = Clock::now();
@@ -141,15 +139,6 @@ class Explorer::Session {
     bool stopped_ = false;
 };
 
-namespace {
-
-bool uses_wrong_pixels(const Expression& expression) {
-    const std::vector<std::string>& used = expression.names();
-    return std::find(used.begin(), used.end(), kWrongPixels) != used.end();
-}
-
-}  // namespace
-
 Explorer::Session::Session(const Explorer& explorer, ResultsDatabase* results, const ExploreOptions& options)
     : explorer_(explorer),
       results_(results),
@@ -160,19 +149,12 @@ Explorer::Session::Session(const Explorer& explorer, ResultsDatabase* results, c
     if (!plan().cost.empty()) {
         const std::string search_key = plan().search ? plan().search->key : std::string();
         cost_.emplace(plan().cost, cost_names(plan().keys, search_key), "cost");
-        wants_wrong_pixels_ = uses_wrong_pixels(*cost_);
+        wants_wrong_pixels_ = cost_->uses(kWrongPixels);
     }
     if (!plan().search) return;
     const SearchDescription& search = *plan().search;
-    const std::vector<std::string> names = goal_names(plan().keys, search.key);
-    goal_.emplace(search.goal, names, search.where);
-    try {
-        for (const std::string& part : conjuncts(search.goal)) goal_parts_.emplace_back(part, names, "");
-    } catch (const InputError&) {
-        goal_parts_.clear();  // an `and` of `between`: the goal is one part
-        goal_parts_.emplace_back(search.goal, names, "");
-    }
-    wants_wrong_pixels_ = wants_wrong_pixels_ || uses_wrong_pixels(*goal_);
+    goal_.emplace(search.goal, goal_names(plan().keys, search.key), search.where);
+    wants_wrong_pixels_ = wants_wrong_pixels_ || goal_->expression().uses(kWrongPixels);
 }
 
 Exploration Explorer::Session::explore() {
@@ -401,30 +383,12 @@ void Explorer::Session::take(const Task& task, const RunRecord& record,
     jobs_.erase(task.job);
 }
 
-namespace {
-
-/// The values of an expression's names in a run: figures first, then settings.
-std::function<Value(const std::string&)> names_of(const RunRecord& record) {
-    return [&record](const std::string& name) -> Value {
-        const std::optional<std::size_t> figure = figure_index(name);
-        if (figure && *figure < record.figures.size()) return record.figures[*figure];
-        const Setting* const setting = find_setting(record.settings, name);
-        return setting == nullptr ? Value() : value_of_setting(setting->value);
-    };
-}
-
-}  // namespace
-
-bool Explorer::Session::meets_goal(const RunRecord& record) const {
-    return record.status == RunStatus::kDone && goal_->holds(names_of(record));
-}
-
 /// Sets the cost as the sweep defines it, instead of that by the usual weights.
 void Explorer::Session::put_cost(RunRecord& record) const {
     const std::size_t cost = figure_index(kCost).value();
     if (!cost_ || cost >= record.figures.size()) return;
     try {
-        record.figures[cost] = cost_->evaluate(names_of(record));
+        record.figures[cost] = cost_->evaluate(values_in(record));
     } catch (const InputError&) {
         record.figures[cost] = Value();  // it has none for this run
     }
@@ -444,8 +408,8 @@ void Explorer::Session::take_searched(const Task& task, const RunRecord& record,
         failure.run = run;
         job.failure = std::move(failure);
     } else {
-        const bool meets = meets_goal(record);
-        if (!meets) job.misses[*task.value] = missed_by(record);
+        const bool meets = goal_->is_met_by(record);
+        if (!meets) job.misses[*task.value] = goal_->missed_by(record);
         job.search->take(*task.value, meets);
     }
     if (job.failure || job.search->finished()) {
@@ -454,24 +418,6 @@ void Explorer::Session::take_searched(const Task& task, const RunRecord& record,
         queue_wanted(task.job);
     }
     report_progress();
-}
-
-/// Why a run does not meet the goal: its own reason, or the figures of those parts of the goal that do not hold.
-std::string Explorer::Session::missed_by(const RunRecord& record) const {
-    if (!record.reason.empty()) return record.reason;
-    std::vector<std::string> figures;
-    for (const Expression& part : goal_parts_) {
-        if (part.holds(names_of(record))) continue;
-        for (const std::string& name : part.names()) {
-            const std::optional<std::size_t> figure = figure_index(name);
-            if (!figure || *figure >= record.figures.size()) continue;
-            const std::string missing = name == kWhole ? missing_from_whole(record.figures) : "";
-            figures.push_back(missing.empty() ? name + " " + text_of(record.figures[*figure]) : missing);
-        }
-    }
-    std::string text;
-    for (const std::string& figure : figures) text += (text.empty() ? "" : ", ") + figure;
-    return text;
 }
 
 std::string Explorer::Session::why_unmet(const Job& job) const {

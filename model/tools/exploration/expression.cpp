@@ -303,6 +303,10 @@ const std::string& Expression::text() const { return statement_->text; }
 
 const std::vector<std::string>& Expression::names() const { return statement_->names; }
 
+bool Expression::uses(const std::string& name) const {
+    return std::find(names().begin(), names().end(), name) != names().end();
+}
+
 Value Expression::evaluate(const std::function<Value(const std::string& name)>& value_of_name) const {
     SQLite::Statement& query = *statement_->query;
     const StatementReset reset(query);

@@ -25,6 +25,7 @@ class Expression {
     const std::string& text() const;
     /// The names that it uses, each once.
     const std::vector<std::string>& names() const;
+    bool uses(const std::string& name) const;
     /// Its value, given those of its names. Throws InputError if it has none for these (say, abs() of the least
     /// whole number).
     Value evaluate(const std::function<Value(const std::string& name)>& value_of_name) const;

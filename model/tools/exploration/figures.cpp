@@ -6,6 +6,7 @@
 #include <initializer_list>
 #include <optional>
 
+#include "host/text.h"
 #include "report/bottleneck.h"
 #include "report/counters.h"
 #include "report/machine_cost.h"
@@ -77,13 +78,6 @@ Value demand_pixels_per_cycle(const Sums& sums) {
         most = std::max(most, renderer.bus.pixels_sent);
     }
     return ratio(most, sums.report.composition_cycles());
-}
-
-/// 1 or 0: SQL has no other truth.
-Value whole(const Sums& s) {
-    const bool is_whole = s.composer.starved_pixels == 0 && s.renderer.total_rejected() == 0 &&
-                          s.report.frames_shown() >= static_cast<std::int64_t>(s.scenario.frames);
-    return std::int64_t{is_whole};
 }
 
 /// A figure and how to compute it.
@@ -191,7 +185,8 @@ std::vector<Figure> make_figures() {
     add_figures(figures, {{{kWhole, "",
                             "1 if every frame was shown, no pixel starved, and no frame, table row or slot "
                             "table was rejected; else 0"},
-                           whole}});
+                           // figures_of() sets it by the others.
+                           [](const Sums& /*s*/) { return Value(); }}});
     add_figures(figures, {{{kWrongPixels, "pixels",
                             "pixels shown that differ from those of a machine in which nothing starves; if "
                             "pixels starved, only of runs "
@@ -262,30 +257,32 @@ std::optional<std::size_t> figure_index(const std::string& name) {
     return static_cast<std::size_t>(found - kinds.begin());
 }
 
+std::int64_t count_in(const std::vector<Value>& figures, const char* name) {
+    const std::size_t index = figure_index(name).value();
+    const auto* const number = index < figures.size() ? std::get_if<std::int64_t>(&figures[index]) : nullptr;
+    return number == nullptr ? 0 : *number;
+}
+
 std::string missing_from_whole(const std::vector<Value>& figures) {
-    const auto count = [&figures](const char* name) {
-        const std::size_t index = figure_index(name).value();
-        const auto* const number =
-            index < figures.size() ? std::get_if<std::int64_t>(&figures[index]) : nullptr;
-        return number == nullptr ? std::int64_t{0} : *number;
-    };
-    std::string text;
-    const auto add = [&text](const std::string& part) { text += (text.empty() ? "" : ", ") + part; };
+    std::vector<std::string> parts;
     for (const char* const name :
          {"starved_pixels", "rejected_frames", "rejected_rows", "rejected_slot_tables"}) {
-        if (count(name) > 0) add(std::string(name) + " " + std::to_string(count(name)));
+        const std::int64_t count = count_in(figures, name);
+        if (count > 0) parts.push_back(std::string(name) + " " + std::to_string(count));
     }
-    if (count("frames_shown") < count("frames_asked")) {
-        add("frames_shown " + std::to_string(count("frames_shown")) + " of " +
-            std::to_string(count("frames_asked")));
-    }
-    return text;
+    const std::int64_t shown = count_in(figures, "frames_shown");
+    const std::int64_t asked = count_in(figures, "frames_asked");
+    if (shown < asked)
+        parts.push_back("frames_shown " + std::to_string(shown) + " of " + std::to_string(asked));
+    return text::listed(parts);
 }
 
 std::vector<Value> figures_of(const RunReport& report, const Scenario& scenario) {
     const Sums sums(report, scenario);
     std::vector<Value> values;
     for (const Figure& figure : all_figures()) values.push_back(figure.value(sums));
+    // 1 or 0: SQL has no other truth.
+    values[figure_index(kWhole).value()] = std::int64_t{missing_from_whole(values).empty()};
     return values;
 }
 

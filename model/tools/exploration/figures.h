@@ -31,6 +31,9 @@ constexpr const char* kIdleBusBits = "idle_bus_bits";
 /// counter (report/counters.h), and the cost of the machine.
 const std::vector<FigureKind>& figure_kinds();
 
+/// A figure that is a whole number, by its name; 0 if the run has none.
+std::int64_t count_in(const std::vector<Value>& figures, const char* name);
+
 /// What keeps a run's pictures from being whole: "starved_pixels 7, rejected_rows 1". Empty if nothing does.
 std::string missing_from_whole(const std::vector<Value>& figures);
 

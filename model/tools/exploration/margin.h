@@ -14,7 +14,7 @@ namespace metabuffer::exploration {
 
 /// How many steps a time or a clock of a machine may move.
 constexpr int kMarginSteps = 3;
-/// "1, 2 or 4 clocks and 0.1, 1 or 5 %".
+/// "1, 2 or 4 clocks, or 0.1, 1 or 5 %".
 std::string margin_steps_text();
 
 /// A time or a clock that a bought part or a board may not keep to, and one direction in which it may move. A tenth of a

@@ -7,18 +7,6 @@
 
 namespace metabuffer::exploration {
 
-namespace {
-
-/// The figure as a whole number; 0 if the point has none.
-std::int64_t count_of(const PointRecord& point, const char* figure) {
-    const std::size_t index = figure_index(figure).value();
-    if (index >= point.figures.size()) return 0;
-    const auto* const number = std::get_if<std::int64_t>(&point.figures[index]);
-    return number == nullptr ? 0 : *number;
-}
-
-}  // namespace
-
 void Outcomes::add(std::size_t number, const PointRecord& point) {
     ++counts_[point.status];
     if (!point.monotonic.value_or(true)) ++not_monotonic_;
@@ -27,9 +15,9 @@ void Outcomes::add(std::size_t number, const PointRecord& point) {
         const auto* const name = std::get_if<std::string>(&point.figures[bottleneck]);
         if (name != nullptr) ++bottlenecks_[*name];
     }
-    if (count_of(point, kIdleBusBits) > 0) ++with_idle_bus_bits_;
+    if (count_in(point.figures, kIdleBusBits) > 0) ++with_idle_bus_bits_;
     if (!point.figures.empty()) ++with_figures_;
-    if (count_of(point, kWhole) > 0) ++whole_;
+    if (count_in(point.figures, kWhole) > 0) ++whole_;
     if (point.status == RunStatus::kDone) return;
     ++failed_;
     failures_.emplace(number, point);

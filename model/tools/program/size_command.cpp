@@ -24,25 +24,29 @@ using exploration::SearchDescription;
 /// Once a front has more corners than these, no more are searched for between them.
 constexpr std::size_t kMostCorners = 24;
 
-constexpr const char* kSizeFooter =
-    "The value is doubled until the goal is met, then the gap below is halved. --checks further values on "
-    "both sides show\n"
-    "whether the goal is monotonic; the answer says so where it is not. For buffers without a range only "
-    "those sizes are\n"
-    "tried that metabuffer analyze leaves open, and the size that stalling columns need is reported too. "
-    "Then "
-    "each time and\n"
-    "each clock of an answer's machine is moved alone, in three steps: 1, 2 and 4 clocks, or 0.1, 1 and 5 %. "
-    "The goal is an\n"
-    "SQL expression over figures of a run (metabuffer export --help lists them) and the keys that vary.\n"
-    "Examples:\n"
-    "  metabuffer size scenarios/case-4.yaml --minimize composer.buffer_pixels --over bus.width_bits=64,128\n"
-    "  metabuffer size scenarios/case-4.yaml --minimize composer.buffer_pixels --margin 2\n"
-    "  metabuffer size scenarios/case-4.yaml --minimize bus.width_bits --minimize composer.buffer_pixels\n"
-    "  metabuffer size scenarios/paper-figure.yaml --minimize bus.burst_pixels=1..256 \\\n"
-    "      --over bus.arbitration=irsa,round-robin,edf --over memory.page_miss_cycles=0..12+3\n"
-    "Exit status: 0 every search has ended; 2 bad input, or no point makes a scenario; 130 stopped by "
-    "Ctrl-C.";
+std::string size_footer() {
+    return "The value is doubled until the goal is met, then the gap below is halved. --checks further "
+           "values on both\n"
+           "sides show whether the goal is monotonic; the answer says so where it is not. For buffers "
+           "without a range\n"
+           "only those sizes are tried that metabuffer analyze leaves open, and the size that stalling "
+           "columns need is\n"
+           "reported too. Then each time and each clock of an answer's machine is moved alone,\n"
+           "by " +
+           exploration::margin_steps_text() +
+           ". The goal is an SQL expression\n"
+           "over figures of a run (metabuffer export --help lists them) and the keys that vary.\n"
+           "Examples:\n"
+           "  metabuffer size scenarios/case-4.yaml --minimize composer.buffer_pixels --over "
+           "bus.width_bits=64,128\n"
+           "  metabuffer size scenarios/case-4.yaml --minimize composer.buffer_pixels --margin 2\n"
+           "  metabuffer size scenarios/case-4.yaml --minimize bus.width_bits --minimize "
+           "composer.buffer_pixels\n"
+           "  metabuffer size scenarios/paper-figure.yaml --minimize bus.burst_pixels=1..256 \\\n"
+           "      --over bus.arbitration=irsa,round-robin,edf --over memory.page_miss_cycles=0..12+3\n"
+           "Exit status: 0 every search has ended; 2 bad input, or no point makes a scenario; 130 stopped by "
+           "Ctrl-C.";
+}
 
 /// The values of the first of two keys that are tried at first: all candidates, or the range in doubling steps, with
 /// both ends. The exact corners of the front are found afterwards.
@@ -215,7 +219,7 @@ SizeCommand::SizeCommand(CLI::App& program)
         "Keep the results in this SQLite file, as sweep does; of two keys those of the front");
     add_options(command(), processes_);
     command().add_flag("--quiet", quiet_, "Print the table alone");
-    command().footer(kSizeFooter);
+    command().footer(size_footer());
 }
 
 exploration::Exploration SizeCommand::run(const exploration::SweepPlan& plan, const SizeRequest& request,
@@ -287,12 +291,10 @@ bool SizeCommand::print_stalling(const exploration::SweepDescription& asked,
 }
 
 /// Prints the margins of answers. Returns false if it was stopped.
-bool SizeCommand::try_margins(const exploration::SweepDescription& asked,
-                              const std::vector<SizedMachine>& machines) const {
+bool SizeCommand::try_margins(const std::vector<SizedMachine>& machines) const {
     const bool is_fast = processes_.level == TimedLevel::kTlm;
-    if (((quiet_ || !is_fast) && margin_steps_ == 0) || asked.scenario.empty()) return true;
+    if ((quiet_ || !is_fast) && margin_steps_ == 0) return true;
     MarginRequest margins;
-    for (const Axis& axis : asked.axes) margins.keys.push_back(axis.keys.front());
     margins.steps = margin_steps_;
     const auto request_at = [this](int step) {
         SizeRequest slower = request_;
@@ -306,25 +308,6 @@ bool SizeCommand::try_margins(const exploration::SweepDescription& asked,
     const bool stopped = print_margins(machines, margins);
     if (stopped) std::cerr << "stopped while margins were tried\n";
     return !stopped;
-}
-
-/// The machine of each answer, with the settings of its point.
-std::vector<SizedMachine> machines_of(const exploration::SweepDescription& asked,
-                                      const std::vector<exploration::PointRecord>& points) {
-    std::vector<SizedMachine> machines;
-    for (const exploration::PointRecord& point : points) {
-        if (!point.smallest) continue;
-        SizedMachine machine;
-        machine.search = asked;
-        machine.search.axes.clear();
-        for (const exploration::Setting& setting : point.settings) {
-            machine.settings.push_back(setting.value);
-            machine.search.fixed.push_back({setting.key, setting.value});
-        }
-        machine.answer = asked.search->candidate_of(*point.smallest);
-        machines.push_back(std::move(machine));
-    }
-    return machines;
 }
 
 ExitStatus SizeCommand::size_one() {
@@ -348,8 +331,11 @@ ExitStatus SizeCommand::size_one() {
         if (stalling_runs > 0) std::cout << "and " << stalling_runs << " with on_starvation: stall\n";
         if (!results_file_.empty()) std::cout << "results in " << results_file_ << '\n';
     }
-    if (!exploration.stopped && !try_margins(asked, machines_of(asked, exploration.points)))
-        return kExitStopped;
+    std::vector<SizedMachine> machines;
+    for (const exploration::PointRecord& point : exploration.points) {
+        if (point.smallest) machines.emplace_back(asked, point.settings, *point.smallest);
+    }
+    if (!exploration.stopped && !try_margins(machines)) return kExitStopped;
     return judge(exploration);
 }
 
@@ -441,8 +427,7 @@ ExitStatus SizeCommand::size_front() {
     if (!quiet_)
         std::cout << all.progress.runs << " simulations in " << text::decimal(all.progress.seconds, 1)
                   << " s\n";
-    // A row of the front: the values of --over, then of both keys.
-    Axis rows;
+    Axis rows;  // of the front: the values of --over, then of both keys
     rows.keys = over_keys;
     rows.keys.insert(rows.keys.end(), {first.key, second.key});
     rows.values.resize(rows.keys.size());
@@ -450,18 +435,15 @@ ExitStatus SizeCommand::size_front() {
     std::vector<SizedMachine> machines;
     for (const Corner& corner : front_of(corners)) {
         if (corner.second.empty()) continue;
-        SizedMachine machine;
-        machine.settings = corner.overs;
-        machine.settings.push_back(corner.first);
-        machine.search = asked;
-        machine.search.axes.clear();
-        for (std::size_t n = 0; n < machine.settings.size(); ++n) {
-            machine.search.fixed.push_back({rows.keys[n], machine.settings[n]});
-            rows.values[n].push_back(machine.settings[n]);
+        std::vector<std::string> values = corner.overs;
+        values.insert(values.end(), {corner.first, corner.second});
+        std::vector<exploration::Setting> settings;
+        for (std::size_t n = 0; n < values.size(); ++n) {
+            rows.values[n].push_back(values[n]);
+            settings.push_back({rows.keys[n], values[n]});
         }
-        rows.values.back().push_back(corner.second);
-        machine.answer = second.candidate_of(std::stod(corner.second));
-        machines.push_back(std::move(machine));
+        settings.pop_back();
+        machines.emplace_back(asked, std::move(settings), std::stod(corner.second));
     }
     if (!results_file_.empty() && !machines.empty()) {
         exploration::SweepDescription front = asked;
@@ -472,9 +454,7 @@ ExitStatus SizeCommand::size_front() {
         if (kept.stopped) return judge(kept);
         if (!quiet_) std::cout << "results in " << results_file_ << '\n';
     }
-    exploration::SweepDescription of_margins = asked;
-    of_margins.axes.push_back(Axis{{first.key}, {}, {}});
-    if (!try_margins(of_margins, machines)) return kExitStopped;
+    if (!try_margins(machines)) return kExitStopped;
     return judge(all);
 }
 

@@ -25,8 +25,7 @@ class SizeCommand final : public Command {
                                  const std::optional<std::filesystem::path>& results) const;
     ExitStatus size_one();
     ExitStatus size_front();
-    bool try_margins(const exploration::SweepDescription& asked,
-                     const std::vector<SizedMachine>& machines) const;
+    bool try_margins(const std::vector<SizedMachine>& machines) const;
     bool print_stalling(const exploration::SweepDescription& asked,
                         const exploration::Exploration& exploration, std::size_t& simulations) const;
 

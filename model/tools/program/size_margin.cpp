@@ -28,9 +28,10 @@ struct Trial {
     Margin margin;
     std::string unmet;  ///< why no value has the margin
     double cost() const { return text::decimal_number(figure_text(margin.machine, "cost", 6)).value_or(0.0); }
-    std::string text(const std::vector<std::string>& keys) const {
+    std::string text() const {
         std::string text;
-        for (std::size_t n = 0; n < keys.size(); ++n) text += keys[n] + "=" + machine->settings[n] + " ";
+        for (const exploration::Setting& setting : machine->settings)
+            text += setting.key + "=" + setting.value + " ";
         return text + machine->search.search->setting_text(answer) + ", cost " +
                figure_text(margin.machine, "cost", 0);
     }
@@ -132,14 +133,17 @@ void print_table(const std::vector<Trial>& trials, const MarginRequest& request)
         }
     }
     const std::string& searched = trials.front().machine->search.search->key;
-    std::vector<std::string> heading = request.keys;
+    std::vector<std::string> heading;
+    for (const exploration::Setting& setting : trials.front().machine->settings)
+        heading.push_back(setting.key);
     heading.insert(heading.end(), {searched, "cost", "margin"});
     for (const std::string& key : moved_keys) heading.push_back(without_map(key));
     TextTable table({heading.size()});
     heading.emplace_back("first miss");
     table.add(heading);
     for (const Trial& trial : trials) {
-        std::vector<std::string> cells = trial.machine->settings;
+        std::vector<std::string> cells;
+        for (const exploration::Setting& setting : trial.machine->settings) cells.push_back(setting.value);
         cells.push_back(trial.machine->search.search->text_of(trial.answer));
         cells.push_back(figure_text(trial.margin.machine, "cost", 0));
         cells.push_back(std::to_string(trial.margin.steps()));
@@ -168,6 +172,13 @@ const Trial* cheapest(const std::vector<Trial>& trials, int steps) {
 
 }  // namespace
 
+SizedMachine::SizedMachine(const exploration::SweepDescription& asked,
+                           std::vector<exploration::Setting> settings_in, double answer_in)
+    : settings(std::move(settings_in)), search(asked), answer(asked.search->candidate_of(answer_in)) {
+    search.axes.clear();
+    for (const exploration::Setting& setting : settings) search.fixed.push_back({setting.key, setting.value});
+}
+
 bool print_margins(const std::vector<SizedMachine>& machines, const MarginRequest& request) {
     MarginTrials margins(request);
     std::vector<Trial> trials;
@@ -191,7 +202,7 @@ bool print_margins(const std::vector<SizedMachine>& machines, const MarginReques
     if (request.steps > 0) {
         const Trial* const best = cheapest(trials, request.steps);
         std::cout << "cheapest with margin " << request.steps << ": "
-                  << (best == nullptr ? "none" : best->text(request.keys)) << '\n';
+                  << (best == nullptr ? "none" : best->text()) << '\n';
     }
     return stopped;
 }

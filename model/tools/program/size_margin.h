@@ -12,14 +12,17 @@ namespace metabuffer {
 
 /// An answer of metabuffer size.
 struct SizedMachine {
-    std::vector<std::string> settings;     ///< texts of the keys that vary, without the one that was searched
-    exploration::SweepDescription search;  ///< for that key, without axes
-    std::int64_t answer = 0;               ///< of the key, in the search's steps
+    /// settings: of the keys that vary, without the one that `asked` searches.
+    SizedMachine(const exploration::SweepDescription& asked, std::vector<exploration::Setting> settings,
+                 double answer);
+
+    std::vector<exploration::Setting> settings;
+    exploration::SweepDescription search;  ///< without axes
+    std::int64_t answer;                   ///< of the searched key, in the search's steps
 };
 
 /// What the margins of metabuffer size need.
 struct MarginRequest {
-    std::vector<std::string> keys;  ///< of SizedMachine::settings
     int steps = 0;  ///< 0: the answers stand; else each is raised until every key may move so far
     exploration::MarginJudge judge;
 };
