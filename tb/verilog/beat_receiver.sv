@@ -59,7 +59,8 @@ module beat_receiver #(
     output logic [ADDRESS_BITS-1:0] base_o,          // address of the segment's pixel 0
     output logic [31:0]             released_o,      // pixels that have had their last use
     output logic                    head_abandoned_next_o,
-    output logic [31:0]             head_arrived_next_o,
+    output logic [31:0]             head_arrived_o,         // of its pixels, this beat's not counted
+    output logic [3:0]              head_taken_count_o,     // of this beat
     output logic                    fetched_next_o,  // the frame can be composited
 
     // The FIFO, which writes the beat's words at this edge.
@@ -121,6 +122,7 @@ module beat_receiver #(
   logic [1:0]  frames;
   logic [31:0] frames_heard;                  // number of the frame that is to begin next
   logic [31:0] composited;             // number of the frame that is composited or is next to be
+  logic        head_missed;            // its table did not come: it is composited abandoned and without a segment
   logic        table_lost;             // of the newest frame: its pixels are dropped
   logic [15:0] next_row;               // index of the table row that must come next
   logic        receiving_ended;        // pixels of a frame that is over, the one that is not `head`, still come
@@ -129,9 +131,6 @@ module beat_receiver #(
 
   // ---- the raster's edge ----
 
-  // A frame whose table did not come is composited in its turn, abandoned and without a segment.
-  logic head_missed;
-  assign head_missed = composited != (frames != 2'd0 ? number[head] : frames_heard);
   assign head_segment_o = frames != 2'd0 && has_segment[head] && !head_missed;
   assign head_abandoned_o = head_missed || (frames != 2'd0 && abandoned[head]);
   assign left_o = left[head];
@@ -154,7 +153,7 @@ module beat_receiver #(
   logic [31:0] composited_1;
   logic        receiving_ended_1;
   logic [31:0] released_1;
-  logic [COUNT_BITS-1:0] held_1;
+  logic [COUNT_BITS-1:0] freed;  // pixels of the buffer
 
   always_comb begin : release_pixels
     head_1 = head;
@@ -162,15 +161,16 @@ module beat_receiver #(
     composited_1 = composited;
     receiving_ended_1 = receiving_ended;
     released_1 = released_o;
-    held_1 = held_i;
+    freed = '0;
     if (smoothed_releases_i) begin
       released_1 = release_end_i;
       if (!head_abandoned_o && arrived[head] > released_o) begin
-        held_1 = held_i - COUNT_BITS'((arrived[head] < release_end_i ? arrived[head] : release_end_i) - released_o);
+        freed = arrived[head] < release_end_i ? COUNT_BITS'(arrived[head] - released_o)
+                                              : COUNT_BITS'(release_end_i - released_o);
       end
     end else if (releases_i) begin
       released_1 = release_end_i;
-      if (!missing_i && !head_abandoned_o) held_1 = held_i - COUNT_BITS'(1);
+      freed = COUNT_BITS'(!missing_i && !head_abandoned_o);
     end
     if (frame_ends_i && head_missed) begin
       composited_1 = composited + 32'd1;
@@ -186,7 +186,7 @@ module beat_receiver #(
   // ---- the bus's edge ----
 
   // A row for this composer, and whose frame it is of.
-  logic own_row, source_1;
+  logic own_row, receiving;
   logic [7:0] row_multiple;
 
   if (SMOOTHS) begin : gen_smoothing
@@ -197,7 +197,7 @@ module beat_receiver #(
         .reciprocal_o(row_reciprocal)
     );
     always_ff @(posedge clk_i) begin : reciprocal_registers
-      if (own_row) reciprocal[source_1] <= row_reciprocal;
+      if (own_row) reciprocal[receiving] <= row_reciprocal;
     end
   end else begin : gen_replication
     assign reciprocal_o = '0;
@@ -248,26 +248,32 @@ module beat_receiver #(
   logic [31:0] missed_count, frames_heard_1;
   logic table_lost_1;
   logic beginning, table_ends;
-  logic own_beat, dropping, in_order, keeping, losing, nothing_due, overfull;
+  logic pixel_beat, own_beat, dropping, in_order, keeping, cut_short, losing, nothing_due, overfull;
   logic newest_2;
   logic [1:0] frames_2;
-  logic [31:0] released_source, lost_count, arrived_2, arrived_3;
-  logic [COUNT_BITS-1:0] held_2, held_3, free_2, free_3;
-  logic [3:0] late_count, timely_count, taken_count;
-  logic abandoned_2;
-  logic [15:0] announced_1;
-  logic [19:0] silent_cycles_1;
+  logic [31:0] arrived_before, lost_count, arrived_3;
+  logic [COUNT_BITS-1:0] free_1, free_2, free_3;
+  logic [3:0] late_if_kept, late_count, fitting_count, taken_count;
+  logic newly_abandoned, abandoned_2;
+  logic silence_ends;
   logic [2:0] error_next;
+
+  // The frame whose pixels come: the newest, even if it is over already.
+  assign receiving = frames == 2'd2 || receiving_ended ? !head : head;
+  assign arrived_before = arrived[receiving];
+
+  // How many pixels of a beat come too late, if those before `released` have had their last use.
+  function automatic logic [3:0] too_late(input logic [31:0] released, input logic [31:0] first,
+                                          input logic [3:0] count);
+    logic [32:0] difference;
+    difference = {1'b0, released} - {1'b0, first};
+    if (difference[32]) too_late = '0;
+    else too_late = difference[31:4] == '0 && difference[3:0] < count ? difference[3:0] : count;
+  endfunction
 
   always_comb begin : take_beat
     error_next = ERROR_NONE;
-
-    // The frame whose pixels come: the newest, even if it is over already.
-    source_1 = frames_1 == 2'd2 || receiving_ended_1 ? !head_1 : head_1;
     nothing_due = frames_1 == 2'd0 && !receiving_ended_1;
-    released_source = '0;
-    if (receiving_ended_1) released_source = segment_pixels[source_1];
-    else if (source_1 == head_1) released_source = released_1;
 
     beat = bus_kind_i != BUS_NONE;
     begins = bus_kind_i == BUS_FRAME_START;
@@ -282,7 +288,7 @@ module beat_receiver #(
     missed_count = '0;
     if (newer) missed_count = begins ? $unsigned(ahead) - 32'd1 : $unsigned(ahead);
 
-    table_open = frames_1 != 2'd0 && !table_complete[source_1];
+    table_open = frames_1 != 2'd0 && !table_complete[receiving];
     row_beat = follows && !newer && bus_kind_i == BUS_TABLE_ROW && !table_lost;
     taking_row = row_beat && table_open && bus_first_i == {16'd0, next_row};
     if (row_beat && (!table_open || bus_first_i < {16'd0, next_row})) error_next = ERROR_ROW;
@@ -296,82 +302,96 @@ module beat_receiver #(
     own_row = taking_row && bus_destination_i == display_i;
     table_ends = bus_last_i && (beginning || taking_row);
 
-    own_beat = follows && bus_kind_i == BUS_PIXELS && bus_destination_i == display_i;
-    dropping = own_beat && table_lost_1;
-    in_order = own_beat && !dropping && !nothing_due && bus_first_i >= arrived[source_1];
+    // Pixels of the newest frame that is known, unless a part of its table is lost.
+    pixel_beat = bus_kind_i == BUS_PIXELS && bus_destination_i == display_i;
+    own_beat = pixel_beat && follows;
+    dropping = own_beat && (table_lost || table_open || newer);
+    in_order = pixel_beat && bus_frame_i + 32'd1 == frames_heard && !table_lost && !table_open && !nothing_due &&
+               bus_first_i >= arrived_before;
     if (own_beat && !dropping && !in_order) error_next = nothing_due ? ERROR_NO_TABLE : ERROR_ORDER;
 
     // Pixels that were sent and have not come: before this beat, or before this frame.
+    cut_short = newer && !nothing_due && !table_open && has_segment[receiving] && segment_pixels[receiving] > arrived_before;
     lost_count = '0;
-    if (in_order) lost_count = bus_first_i - arrived[source_1];
-    if (newer && !nothing_due && !table_open && has_segment[source_1] &&
-        segment_pixels[source_1] > arrived[source_1]) begin
-      lost_count = segment_pixels[source_1] - arrived[source_1];
-    end
-    losing = lost_count != '0;
-    arrived_2 = arrived[source_1] + lost_count;
-    abandoned_2 = abandoned[source_1] || (losing && !receiving_ended_1);
-    held_2 = held_1;
-    if (abandoned_2 && !abandoned[source_1] && arrived[source_1] > released_source) begin
-      held_2 = held_1 - COUNT_BITS'(arrived[source_1] - released_source);
-    end
-    free_2 = buffer_pixels_i - held_2;
+    if (in_order) lost_count = bus_first_i - arrived_before;
+    if (cut_short) lost_count = segment_pixels[receiving] - arrived_before;
+    losing = cut_short || (in_order && bus_first_i != arrived_before);
+    newly_abandoned = losing && !receiving_ended_1 && !abandoned[receiving];
+    abandoned_2 = abandoned[receiving] || newly_abandoned;
     keeping = in_order && !abandoned_2;
 
-    // The beat's first pixels may be later than their last use, and its last ones may find no room.
-    late_count = '0;
-    if (keeping && released_source > arrived_2) begin
-      late_count = released_source - arrived_2 < {28'd0, bus_count_i} ? 4'(released_source - arrived_2) : bus_count_i;
-    end
-    timely_count = bus_count_i - late_count;
-    overfull = keeping && COUNT_BITS'(timely_count) > free_2;
-    if (overfull) error_next = ERROR_FULL;
-    taken_count = overfull ? late_count + 4'(free_2) : bus_count_i;
-    held_3 = held_2;
-    if (overfull) held_3 = buffer_pixels_i;
-    else if (keeping) held_3 = held_2 + COUNT_BITS'(timely_count);
-    free_3 = buffer_pixels_i - held_3;
-    arrived_3 = in_order ? arrived_2 + {28'd0, taken_count} : arrived_2;
+    // What the buffer holds of a frame that is abandoned is dropped. Of one frame, that is all.
+    free_1 = buffer_pixels_i - held_i + freed;
+    free_2 = free_1;
+    if (newly_abandoned) free_2 = frames_1 == 2'd1 ? buffer_pixels_i : free_1 + COUNT_BITS'(arrived_before);
 
-    // What is announced and does not come is lost, or something other than this composer stopped its burst.
-    announced_1 = announced_o;
-    silent_cycles_1 = silent_cycles;
-    if ((in_order && !overfull) || dropping) begin
-      announced_1 = bus_remaining_i;
-      silent_cycles_1 = '0;
-    end else if (!own_beat && announced_o != '0) begin
-      silent_cycles_1 = silent_cycles + 20'd1;
-      if (silent_cycles_1 == longest_gap_cycles_i) announced_1 = '0;
-    end
+    // The beat's first pixels may be later than their last use, and its last ones may find no room.
+    if (receiving_ended_1) late_if_kept = too_late(segment_pixels[receiving], bus_first_i, bus_count_i);
+    else if (frames != 2'd1) late_if_kept = '0;
+    else if (releases_i || smoothed_releases_i) late_if_kept = too_late(release_end_i, bus_first_i, bus_count_i);
+    else late_if_kept = too_late(released_o, bus_first_i, bus_count_i);
+    late_count = keeping ? late_if_kept : '0;
+    overfull = keeping && (COUNT_BITS + 1)'(bus_count_i) > (COUNT_BITS + 1)'(free_1) + (COUNT_BITS + 1)'(late_if_kept);
+    if (overfull) error_next = ERROR_FULL;
+    fitting_count = late_if_kept + 4'(free_1);
+    taken_count = overfull ? fitting_count : bus_count_i;
+    free_3 = free_2;
+    if (overfull) free_3 = '0;
+    else if (keeping) free_3 = free_1 - COUNT_BITS'(bus_count_i) + COUNT_BITS'(late_if_kept);
+    if (!in_order) arrived_3 = segment_pixels[receiving];
+    else arrived_3 = overfull ? bus_first_i + {28'd0, fitting_count} : bus_first_i + {28'd0, bus_count_i};
   end
 
   assign write_count_o = keeping ? taken_count : 4'd0;
   assign write_address_o = write_address;
-  assign release_oldest_o = held_i - held_1 + (keeping ? COUNT_BITS'(late_count) : '0);
-  assign release_newest_o = held_1 - held_2;
+  assign release_oldest_o = freed + COUNT_BITS'(late_count);
+  assign release_newest_o = free_2 - free_1;
 
   // ---- BUSREADY, and the head frame as both leave it ----
 
+  // The room that BUSREADY wants when so much is announced; and bit SPACE_BITS is set if a burst then goes on.
+  function automatic logic [SPACE_BITS:0] room_for(input logic [15:0] announced, input logic [3:0] pixels_per_beat,
+                                                   input logic [SPACE_BITS-1:0] ready_space,
+                                                   input logic [7:0] in_flight);
+    logic [SPACE_BITS-1:0] pixels;
+    pixels = SPACE_BITS'(announced);
+    if (announced <= {12'd0, pixels_per_beat}) room_for = {1'b0, pixels + ready_space};
+    else room_for = {1'b1, announced <= {8'd0, in_flight} ? pixels : SPACE_BITS'(in_flight)};
+  endfunction
+
   logic [15:0] announced_2;
+  logic [SPACE_BITS-1:0] ready_space, room_wanted;
+  logic taking_announced, in_burst;
+  logic [19:0] silent_cycles_1;
   logic [4:0] cut_cycles, cut_cycles_1;  // in which beats of a burst may still come that BUSREADY has ended
   assign cutting_o = cut_cycles != '0;
-  logic in_burst, cutting, falling, busready_next, head_fresh, head_complete;
+  logic cutting, room, falling, busready_next, head_fresh, head_complete;
   logic head_loses_table, head_missed_next, table_complete_next;
   logic [31:0] oldest_kept, frames_known;
-  logic [SPACE_BITS-1:0] free_space, in_flight, room_wanted;
 
   always_comb begin : handshakes
-    announced_2 = cut_cycles == 5'd1 ? '0 : announced_1;
+    // What is announced and does not come is lost, or something other than this composer stopped its burst.
+    silence_ends = !own_beat && announced_o != '0 && silent_cycles + 20'd1 == longest_gap_cycles_i;
+    taking_announced = (in_order && !overfull) || dropping;
+    ready_space = SPACE_BITS'(ready_space_pixels_i);
+    if (cut_cycles == 5'd1 || silence_ends) begin
+      announced_2 = '0;
+      {in_burst, room_wanted} = {1'b0, ready_space};
+    end else if (taking_announced) begin
+      announced_2 = bus_remaining_i;
+      {in_burst, room_wanted} = room_for(bus_remaining_i, pixels_per_beat_i, ready_space, in_flight_pixels_i);
+    end else begin
+      announced_2 = announced_o;
+      {in_burst, room_wanted} = room_for(announced_o, pixels_per_beat_i, ready_space, in_flight_pixels_i);
+    end
+    silent_cycles_1 = silent_cycles;
+    if (taking_announced) silent_cycles_1 = '0;
+    else if (!own_beat && announced_o != '0) silent_cycles_1 = silent_cycles + 20'd1;
     cut_cycles_1 = cut_cycles == '0 ? '0 : cut_cycles - 5'd1;
-    in_burst = announced_2 > {12'd0, pixels_per_beat_i};
-    free_space = SPACE_BITS'(free_3);
-    in_flight = SPACE_BITS'(in_flight_pixels_i);
-    room_wanted = SPACE_BITS'(announced_2);
-    if (!in_burst) room_wanted = room_wanted + SPACE_BITS'(ready_space_pixels_i);
-    else if (room_wanted > in_flight) room_wanted = in_flight;
     cutting = cut_cycles_1 != '0;
-    falling = in_burst && !cutting && free_space < room_wanted;
-    busready_next = !cutting && free_space >= room_wanted;
+    room = SPACE_BITS'(free_3) >= room_wanted;
+    falling = in_burst && !cutting && !room;
+    busready_next = !cutting && room;
 
     // The head frame as the bus side leaves it.
     head_fresh = beginning && frames_1 == 2'd0;
@@ -379,11 +399,12 @@ module beat_receiver #(
     head_missed_next = composited_1 != (frames_2 != 2'd0 ? oldest_kept : frames_heard_1);
     head_loses_table = losing_table && frames_1 == 2'd1;
     frames_known = frames_heard_1 - composited_1;
-    head_arrived_next_o = frames_1 == 2'd1 ? arrived_3 : arrived[head_1];
+    head_taken_count_o = frames_1 == 2'd1 ? write_count_o : '0;
+    head_arrived_o = arrived[head_1];
     head_abandoned_next_o = head_missed_next || head_loses_table ||
-                          (frames_1 == 2'd1 ? abandoned_2 : abandoned[head_1]);
-    head_complete = head_fresh || (!has_segment[head_1] && !(own_row && source_1 == head_1)) || head_abandoned_next_o ||
-                    (has_segment[head_1] && head_arrived_next_o == segment_pixels[head_1]);
+                            (frames_1 == 2'd1 ? abandoned_2 : abandoned[head_1]);
+    head_complete = head_fresh || (!has_segment[head_1] && !(own_row && receiving == head_1)) || head_abandoned_next_o ||
+                    (has_segment[head_1] && segment_pixels[head_1] - arrived[head_1] == {28'd0, head_taken_count_o});
     table_complete_next = head_missed_next ||
                           (frames_2 != 2'd0 && ((table_ends && newest_2 == head_1) || head_loses_table ||
                                                 (!head_fresh && table_complete[head_1])));
@@ -395,6 +416,7 @@ module beat_receiver #(
   always_ff @(posedge clk_i) begin : control_registers
     if (reset_i) begin
       head <= 1'b0;
+      head_missed <= 1'b0;
       frames <= '0;
       frames_heard <= '0;
       composited <= '0;
@@ -415,6 +437,7 @@ module beat_receiver #(
       error_o <= ERROR_NONE;
     end else begin
       head <= head_1;
+      head_missed <= head_missed_next;
       frames <= frames_2;
       frames_heard <= frames_heard_1;
       composited <= composited_1;
@@ -440,13 +463,13 @@ module beat_receiver #(
   always_ff @(posedge clk_i) begin : frame_registers
     // The frame that a new table begins is never the one whose pixels or table are lost by it.
     if (in_order || losing) begin
-      arrived[source_1] <= arrived_3;
-      abandoned[source_1] <= abandoned_2;
+      arrived[receiving] <= arrived_3;
+      abandoned[receiving] <= abandoned_2;
     end
     if (losing_table) begin
-      table_complete[source_1] <= 1'b1;
-      has_segment[source_1] <= 1'b0;
-      abandoned[source_1] <= 1'b1;
+      table_complete[receiving] <= 1'b1;
+      has_segment[receiving] <= 1'b0;
+      abandoned[receiving] <= 1'b1;
     end
     if (beginning) begin
       number[newest_2] <= bus_frame_i;
@@ -457,25 +480,25 @@ module beat_receiver #(
       base[newest_2] <= write_address;
     end
     if (own_row) begin
-      has_segment[source_1] <= 1'b1;
-      left[source_1] <= row_dx < 0 ? '0 : row_dx;
-      left_phase[source_1] <= row_left_phase;
-      left_apron[source_1] <= row_left_apron;
-      right[source_1] <= row_right;
-      top[source_1] <= row_dy < 0 ? '0 : row_dy;
-      top_phase[source_1] <= row_top_phase;
-      top_apron[source_1] <= row_top_apron;
-      bottom[source_1] <= row_bottom;
-      source_width[source_1] <= row_sdx;
-      source_height[source_1] <= row_sdy;
-      last_phase[source_1] <= row_multiple - 8'd1;
-      segment_pixels[source_1] <= {16'd0, row_sdx} * {16'd0, row_sdy};
+      has_segment[receiving] <= 1'b1;
+      left[receiving] <= row_dx < 0 ? '0 : row_dx;
+      left_phase[receiving] <= row_left_phase;
+      left_apron[receiving] <= row_left_apron;
+      right[receiving] <= row_right;
+      top[receiving] <= row_dy < 0 ? '0 : row_dy;
+      top_phase[receiving] <= row_top_phase;
+      top_apron[receiving] <= row_top_apron;
+      bottom[receiving] <= row_bottom;
+      source_width[receiving] <= row_sdx;
+      source_height[receiving] <= row_sdy;
+      last_phase[receiving] <= row_multiple - 8'd1;
+      segment_pixels[receiving] <= {16'd0, row_sdx} * {16'd0, row_sdy};
     end
     if (table_ends) table_complete[newest_2] <= 1'b1;
   end
 
   assign table_complete_o = head_missed || (frames != 2'd0 && table_complete[head]);
-  assign expected_o = arrived[frames == 2'd2 || receiving_ended ? !head : head];
+  assign expected_o = arrived_before;
 
   // Fields of a table row that only the input framebuffer needs.
   logic unused;

@@ -63,74 +63,77 @@ module bus_arbiter #(
 
   // ---- by the slot table: the first usable slot, from the pointer on and round the table's end ----
 
-  logic [SLOTS-1:0] usable_slot;
-  logic any_slot, any_behind;
-  logic [SLOT_BITS-1:0] first_slot, first_slot_behind, granted_slot;
+  logic [SLOTS-1:0] usable_slots, slots_behind, candidate_slots, earlier_slots, first_slot;
+  logic any_behind, slot_valid;
+  logic [SLOT_BITS-1:0] granted_slot;
+  logic [LINE_BITS-1:0] slot_line;
   always_comb begin : slot_search
-    any_slot = 1'b0;
-    any_behind = 1'b0;
-    first_slot = '0;
-    first_slot_behind = '0;
-    for (int slot = SLOTS - 1; slot >= 0; slot--) begin
-      usable_slot[slot] = (SLOT_BITS + 1)'(slot) < slot_count && usable[slots[slot*LINE_BITS+:LINE_BITS]];
-      if (usable_slot[slot]) begin
-        any_slot = 1'b1;
-        first_slot = SLOT_BITS'(slot);
-        if (SLOT_BITS'(slot) >= slot_o) begin
-          any_behind = 1'b1;
-          first_slot_behind = SLOT_BITS'(slot);
-        end
+    for (int slot = 0; slot < SLOTS; slot++) begin
+      usable_slots[slot] = (SLOT_BITS + 1)'(slot) < slot_count && usable[slots[slot*LINE_BITS+:LINE_BITS]];
+    end
+    slots_behind = usable_slots & ({SLOTS{1'b1}} << slot_o);
+    any_behind = slots_behind != '0;
+    if (lose_idle_i) candidate_slots = usable_slots & (SLOTS'(1) << slot_o);
+    else candidate_slots = any_behind ? slots_behind : usable_slots;
+    slot_valid = candidate_slots != '0;
+    // Doubling the distance looks at all slots before each one in a few steps.
+    earlier_slots = candidate_slots << 1;
+    for (int distance = 1; distance < SLOTS; distance = 2 * distance) begin
+      earlier_slots = earlier_slots | earlier_slots << distance;
+    end
+    first_slot = candidate_slots & ~earlier_slots;
+    granted_slot = '0;
+    slot_line = '0;
+    for (int slot = 0; slot < SLOTS; slot++) begin
+      if (first_slot[slot]) begin
+        granted_slot = granted_slot | SLOT_BITS'(slot);
+        slot_line = slot_line | slots[slot*LINE_BITS+:LINE_BITS];
       end
     end
-    granted_slot = any_behind ? first_slot_behind : first_slot;
   end
 
   // ---- by deadlines: the earliest, of equal ones that of the first row ----
 
-  logic earliest_valid;
-  logic [LINE_BITS-1:0] earliest_line;
-  logic [PLACE_BITS-1:0] earliest;
+  // A tree: node n has the earlier of nodes 2 n and 2 n + 1, and the last LEAVES nodes are the rows.
+  localparam int LEAVES = 1 << LINE_BITS;
+  logic [2*LEAVES-1:1] earliest_valid;
+  logic [2*LEAVES*LINE_BITS-1:LINE_BITS] earliest_line;
+  logic [2*LEAVES*PLACE_BITS-1:PLACE_BITS] earliest;
   always_comb begin : deadline_search
-    earliest_valid = 1'b0;
-    earliest_line = '0;
-    earliest = '1;
-    for (int line = LINES - 1; line >= 0; line--) begin
-      if (usable[line] && (!earliest_valid || deadline_i[line*PLACE_BITS+:PLACE_BITS] <= earliest)) begin
-        earliest_valid = 1'b1;
-        earliest_line = LINE_BITS'(line);
-        earliest = deadline_i[line*PLACE_BITS+:PLACE_BITS];
+    for (int line = 0; line < LEAVES; line++) begin
+      earliest_valid[LEAVES+line] = line < LINES ? usable[line] : 1'b0;
+      earliest_line[(LEAVES+line)*LINE_BITS+:LINE_BITS] = LINE_BITS'(line);
+      earliest[(LEAVES+line)*PLACE_BITS+:PLACE_BITS] = line < LINES ? deadline_i[line*PLACE_BITS+:PLACE_BITS] : '1;
+    end
+    for (int node = LEAVES - 1; node > 0; node--) begin
+      earliest_valid[node] = earliest_valid[2*node] || earliest_valid[2*node+1];
+      earliest_line[node*LINE_BITS+:LINE_BITS] = earliest_line[(2*node+1)*LINE_BITS+:LINE_BITS];
+      earliest[node*PLACE_BITS+:PLACE_BITS] = earliest[(2*node+1)*PLACE_BITS+:PLACE_BITS];
+      if (earliest_valid[2*node] &&
+          (!earliest_valid[2*node+1] ||
+           earliest[2*node*PLACE_BITS+:PLACE_BITS] <= earliest[(2*node+1)*PLACE_BITS+:PLACE_BITS])) begin
+        earliest_line[node*LINE_BITS+:LINE_BITS] = earliest_line[2*node*LINE_BITS+:LINE_BITS];
+        earliest[node*PLACE_BITS+:PLACE_BITS] = earliest[2*node*PLACE_BITS+:PLACE_BITS];
       end
     end
   end
 
   // ---- what could be decided now ----
 
-  logic candidate_valid, candidate_lost;
+  logic built, candidate_valid, candidate_lost;
   logic [LINE_BITS-1:0] candidate_line;
   logic [SLOT_BITS-1:0] candidate_slot, candidate_recovered;
-  logic own_slot_usable, built;
-  assign own_slot_usable = usable_slot[slot_o];
   assign built = build_wait == '0;
   always_comb begin : candidate
-    candidate_lost = 1'b0;
+    candidate_valid = built && (by_deadline_i ? earliest_valid[1] : slot_valid);
+    candidate_lost = built && !by_deadline_i && lose_idle_i && !slot_valid && slot_count != '0;
+    candidate_line = by_deadline_i ? earliest_line[LINE_BITS+:LINE_BITS] : slot_line;
+    candidate_slot = lose_idle_i ? slot_o : granted_slot;
     candidate_recovered = '0;
-    candidate_slot = slot_o;
-    if (by_deadline_i) begin
-      candidate_valid = earliest_valid && built;
-      candidate_line = earliest_line;
-    end else if (lose_idle_i) begin
-      candidate_valid = own_slot_usable && built;
-      candidate_line = slots[slot_o*LINE_BITS+:LINE_BITS];
-      candidate_lost = !own_slot_usable && slot_count != '0 && built;
-    end else begin
-      candidate_valid = any_slot && built;
-      candidate_line = slots[granted_slot*LINE_BITS+:LINE_BITS];
-      candidate_slot = granted_slot;
-      // Past the table's end the sum may exceed the pointer's width. Its low bits are right, since the result is below
-      // slot_count.
-      if (candidate_valid) begin
-        candidate_recovered = granted_slot - slot_o + (any_behind ? '0 : slot_count[SLOT_BITS-1:0]);
-      end
+    // Past the table's end the sum may exceed the pointer's width. Its low bits are right, since the result is below
+    // slot_count.
+    if (candidate_valid && !by_deadline_i && !lose_idle_i) begin
+      candidate_recovered = granted_slot - slot_o + (any_behind ? '0 : slot_count[SLOT_BITS-1:0]);
     end
   end
 

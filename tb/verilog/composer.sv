@@ -97,7 +97,8 @@ module composer #(
   // beat_receiver
   logic head_segment, head_abandoned, left_apron, top_apron, head_abandoned_next, fetched_next;
   logic [15:0] left, right, top, bottom, source_width, source_height;
-  logic [31:0] segment_pixels, released, head_arrived_next;
+  logic [31:0] segment_pixels, released, head_arrived;
+  logic [3:0] head_taken_count;
   logic [7:0] last_phase, left_phase, top_phase;
   logic [22:0] reciprocal;
   logic [ADDRESS_BITS-1:0] base, write_address;
@@ -160,7 +161,8 @@ module composer #(
       .base_o(base),
       .released_o(released),
       .head_abandoned_next_o(head_abandoned_next),
-      .head_arrived_next_o(head_arrived_next),
+      .head_arrived_o(head_arrived),
+      .head_taken_count_o(head_taken_count),
       .fetched_next_o(fetched_next),
       .held_i(held_o),
       .write_count_o(write_count),
@@ -291,7 +293,8 @@ module composer #(
       .newest_next_i(newest_next),
       .abandoned_i(head_abandoned),
       .abandoned_next_i(head_abandoned_next),
-      .arrived_next_i(head_arrived_next),
+      .arrived_i(head_arrived),
+      .taken_count_i(head_taken_count),
       .word_i(word),
       .next_word_i(next_word),
       .row_word_i(row_word),

@@ -96,15 +96,16 @@ module composer_fifo #(
 
   // ---- count ----
 
-  logic [COUNT_BITS+1:0] released, level_next;
+  logic signed [COUNT_BITS+1:0] level_next, free_next;
   logic empties, overflows, beyond;
 
   always_comb begin : account
-    released = {2'd0, release_oldest_i} + {2'd0, release_newest_i};
-    level_next = {2'd0, level_o} + (COUNT_BITS + 2)'(write_count_i);
-    empties = released > level_next;
-    level_next = level_next - released;
-    overflows = !empties && level_next > {2'd0, capacity_i};
+    level_next = $signed({2'd0, level_o}) + $signed((COUNT_BITS + 2)'(write_count_i)) -
+                 $signed({2'd0, release_oldest_i}) - $signed({2'd0, release_newest_i});
+    free_next = $signed({2'd0, capacity_i}) - $signed({2'd0, level_o}) - $signed((COUNT_BITS + 2)'(write_count_i)) +
+                $signed({2'd0, release_oldest_i}) + $signed({2'd0, release_newest_i});
+    empties = level_next < 0;
+    overflows = free_next < 0;
     beyond = (write_count_i != '0 && write_address_i > last_address_i) || (read_i && read_address_i > last_address_i) ||
              row_beyond;
   end

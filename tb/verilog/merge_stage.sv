@@ -38,7 +38,8 @@ module merge_stage #(
     // The frame, now and after this edge.
     input logic        abandoned_i,
     input logic        abandoned_next_i,
-    input logic [31:0] arrived_next_i,
+    input logic [31:0] arrived_i,         // before this edge
+    input logic [3:0]  taken_count_i,     // at this edge
 
     // The FIFO's words: of the position's own source row, and of the other one.
     input logic [63:0] word_i,
@@ -63,21 +64,20 @@ module merge_stage #(
   assign upstream_pixel = pipemaster_i ? background_i : pipe_pixel_i;
   assign upstream_lost = pipe_lost_i && !pipemaster_i;
   assign shows = covered_i && !missing_o && !abandoned_i;
-  assign missing_next = running_next_i && covered_next_i && !abandoned_next_i && newest_next_i >= arrived_next_i;
+  // Pixels from the first that has not come to the newest that is needed.
+  logic [32:0] needed_beyond;
+  assign needed_beyond = {1'b0, newest_next_i} - {1'b0, arrived_i};
+  assign missing_next = running_next_i && covered_next_i && !abandoned_next_i && !needed_beyond[32] &&
+                        (needed_beyond[31:4] != '0 || needed_beyond[3:0] >= taken_count_i);
 
-  // t / 255 rounded to nearest, exact for t <= 255 * 255.
-  function automatic logic [8:0] div255(input logic [15:0] t);
-    logic [16:0] rounded;
-    rounded = {1'b0, t} + 17'd128;
-    rounded = rounded + {8'd0, rounded[16:8]};
-    div255 = rounded[16:8];
-  endfunction
-
+  // What shows of the back is back * (255 - alpha) / 255, rounded to nearest: exact for products up to 255 * 255.
   function automatic logic [7:0] over_channel(input logic [7:0] front, input logic [7:0] back,
                                               input logic [7:0] front_alpha);
-    logic [9:0] sum;
-    sum = {2'd0, front} + {1'd0, div255({8'd0, back} * {8'd0, ~front_alpha})};
-    over_channel = sum > 10'd255 ? 8'd255 : sum[7:0];
+    logic [16:0] product;
+    logic [8:0] sum;
+    product = {9'd0, back} * {9'd0, ~front_alpha} + 17'd128;
+    sum = 9'((product + {9'd0, product[15:8]} + {1'b0, front, 8'd0}) >> 8);
+    over_channel = sum[8] ? 8'd255 : sum[7:0];
   endfunction
 
   function automatic logic [63:0] over(input logic [31:0] back, input logic [55:0] front);

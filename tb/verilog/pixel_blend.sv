@@ -18,34 +18,33 @@ module pixel_blend (
     seen_or_own = neighbour[55:32] == far_z || (alpha_key && neighbour[31:24] == '0) ? own : neighbour[31:0];
   endfunction
 
-  // 256 times what lies weight / 256 of the way between them.
-  function automatic logic [15:0] between(input logic [7:0] from, input logic [7:0] to, input logic [6:0] weight);
-    logic signed [8:0] way;
-    logic signed [15:0] part;
-    way = $signed({1'b0, to}) - $signed({1'b0, from});
-    part = way * $signed({1'b0, weight});
-    between = {from, 8'd0} + part;
-  endfunction
-
-  // The same between two of those, rounded to the whole.
-  function automatic logic [7:0] rounded(input logic [15:0] from, input logic [15:0] to, input logic [6:0] weight);
-    logic signed [16:0] way;
-    logic signed [23:0] part;
-    way = $signed({1'b0, to}) - $signed({1'b0, from});
-    part = way * $signed({1'b0, weight});
-    rounded = 8'(({from, 8'd0} + part + 24'h8000) >> 16);
-  endfunction
-
   logic [31:0] own, beside, across, diagonal, mixed;
   assign own = own_i[31:0];
   assign beside = seen_or_own(beside_i[55:0], own, far_z_i, alpha_key_i);
   assign across = seen_or_own(across_i[55:0], own, far_z_i, alpha_key_i);
   assign diagonal = seen_or_own(diagonal_i[55:0], own, far_z_i, alpha_key_i);
 
+  // Two steps between pixels, one along each axis, as one sum: own + x (beside - own) + y (across - own) + x y (own -
+  // beside - across + diagonal), of 65536.
+  logic [13:0] weight_xy;
+  assign weight_xy = {7'd0, weight_x_i} * {7'd0, weight_y_i};
+
   for (genvar channel = 0; channel < 4; channel = channel + 1) begin : gen_channel
-    assign mixed[8*channel +: 8] = rounded(between(own[8*channel +: 8], beside[8*channel +: 8], weight_x_i),
-                                           between(across[8*channel +: 8], diagonal[8*channel +: 8], weight_x_i),
-                                           weight_y_i);
+    logic signed [10:0] own_value, beside_value, across_value, diagonal_value;
+    logic signed [10:0] to_beside, to_across, to_diagonal;
+    logic signed [25:0] sum;
+    assign own_value = {3'd0, own[8*channel+:8]};
+    assign beside_value = {3'd0, beside[8*channel+:8]};
+    assign across_value = {3'd0, across[8*channel+:8]};
+    assign diagonal_value = {3'd0, diagonal[8*channel+:8]};
+    assign to_beside = beside_value - own_value;
+    assign to_across = across_value - own_value;
+    assign to_diagonal = own_value - beside_value - across_value + diagonal_value;
+    assign sum = $signed({2'd0, own[8*channel+:8], 16'h8000}) + to_beside * $signed({1'b0, weight_x_i, 8'd0}) +
+                 to_across * $signed({1'b0, weight_y_i, 8'd0}) + to_diagonal * $signed({1'b0, weight_xy});
+    assign mixed[8*channel+:8] = sum[23:16];
+    logic unused_bits;
+    assign unused_bits = ^{sum[25:24], sum[15:0]};
   end
 
   // A pixel that the key hides stays hidden.

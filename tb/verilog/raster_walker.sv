@@ -71,21 +71,30 @@ module raster_walker #(
   logic [15:0] source_row;       // that this raster row shows
   logic [7:0]  column_phase;
   logic [7:0]  first_row_phase;  // of the source row shown: not 0 only for one cut by the raster's top
+  logic [31:0] own_pixel;        // of the segment, that the position shows
+
+  // What the position is, compared when it was the next one.
+  logic raster_row_ends;    // the last one of its raster row
+  logic last_raster_row;    // the last raster row
+  logic last_column_phase;  // the last one that shows its source column
+  logic last_row_phase;     // the last raster row that shows its source row
+  logic right_column;       // the last one of the segment in its raster row
+  logic bottom_row;         // the last raster row of the segment
+  logic right_column_next, bottom_row_next;
 
   // ---- the walk ----
 
-  logic compositing, raster_row_ends, last_use;
+  logic compositing, source_row_ends, last_use;
   assign compositing = moving_i && running_o;
-  assign raster_row_ends = x_o == raster_width_i - 16'd1;
-  assign frame_ends_o = compositing && raster_row_ends && y_o == raster_height_i - 16'd1;
+  assign source_row_ends = compositing && raster_row_ends && row_covered && last_row_phase;
+  assign frame_ends_o = compositing && raster_row_ends && last_raster_row;
   assign again_o = row_phase_o > first_row_phase;
-  assign last_use = (row_phase_o == last_phase_i || y_o == bottom_i - 16'd1) &&
-                    (column_phase == last_phase_i || x_o == right_i - 16'd1);
+  assign last_use = (last_row_phase || bottom_row) && (last_column_phase || right_column);
   assign releases_o = compositing && covered_o && last_use && !smooths_o;
 
   logic [15:0] x_next, y_next, column_next;
   logic [7:0] column_phase_next, row_phase_next, first_row_phase_next;
-  logic [31:0] row_first_pixel_next, pixel_next;
+  logic [31:0] row_first_pixel_next, own_pixel_next;
   logic row_covered_next;
   logic [15:0] source_row_next;
 
@@ -99,6 +108,7 @@ module raster_walker #(
     row_first_pixel_next = row_first_pixel_o;
     row_covered_next = row_covered;
     source_row_next = source_row;
+    own_pixel_next = own_pixel;
     if (start_i) begin
       x_next = '0;
       y_next = '0;
@@ -115,32 +125,33 @@ module raster_walker #(
         y_next = y_o + 16'd1;
         column_next = {15'd0, left_apron_i};
         column_phase_next = left_phase_i;
-        if (row_covered) begin
-          if (row_phase_o == last_phase_i) begin
-            row_phase_next = '0;
-            first_row_phase_next = '0;
-            row_first_pixel_next = row_first_pixel_o + {16'd0, source_width_i};
-            source_row_next = source_row + 16'd1;
-          end else begin
-            row_phase_next = row_phase_o + 8'd1;
-          end
+        if (source_row_ends) begin
+          row_phase_next = '0;
+          first_row_phase_next = '0;
+          row_first_pixel_next = row_first_pixel_o + {16'd0, source_width_i};
+          source_row_next = source_row + 16'd1;
+        end else if (row_covered) begin
+          row_phase_next = row_phase_o + 8'd1;
         end
         row_covered_next = head_segment_i && y_next >= top_i && y_next < bottom_i;
       end else begin
         x_next = x_o + 16'd1;
         if (covered_o) begin
-          if (column_phase == last_phase_i) begin
+          if (last_column_phase) begin
             column_phase_next = '0;
             column_next = column_o + 16'd1;
+            own_pixel_next = own_pixel + 32'd1;
           end else begin
             column_phase_next = column_phase + 8'd1;
           end
         end
       end
     end
+    if (start_i || (compositing && raster_row_ends)) own_pixel_next = row_first_pixel_next + {31'd0, left_apron_i};
     running_next_o = start_i || (running_o && !frame_ends_o);
     covered_next_o = row_covered_next && x_next >= left_i && x_next < right_i;
-    pixel_next = row_first_pixel_next + {16'd0, column_next};
+    right_column_next = x_next == right_i - 16'd1;
+    bottom_row_next = y_next == bottom_i - 16'd1;
   end
 
   // ---- smoothing ----
@@ -166,36 +177,27 @@ module raster_walker #(
                   (beside_is_left_next ? column_next != '0 : column_next != source_width_i - 16'd1);
     across_next_o = smooths_o && row_position != {1'b0, multiple} &&
                   (across_is_above_next ? source_row_next != '0 : source_row_next != source_height_i - 16'd1);
-    window_address_o = base_i + ADDRESS_BITS'(pixel_next) - ADDRESS_BITS'(beside_next && beside_is_left_next);
+    window_address_o = base_i + ADDRESS_BITS'(own_pixel_next) - ADDRESS_BITS'(beside_next && beside_is_left_next);
     row_address_o = across_is_above_next ? window_address_o - ADDRESS_BITS'(source_width_i)
                                        : window_address_o + ADDRESS_BITS'(source_width_i);
-    newest_next_o = pixel_next + {31'd0, beside_next && !beside_is_left_next};
+    newest_next_o = own_pixel_next + {31'd0, beside_next && !beside_is_left_next};
     if (across_next_o && !across_is_above_next) newest_next_o = newest_next_o + {16'd0, source_width_i};
   end
 
   // A source row is released in the last raster row that is mixed of it. At the bottom of the raster two may be in use
   // still: then the upper one is released pixel by pixel, and all others at the end.
-  logic last_raster_row, last_raster_column, releases_row_above, row_releases;
-  logic [31:0] released_row;
+  logic row_releases;
+  logic [31:0] last_use_end;  // what the position may release ends before this one
 
   always_comb begin : smoothed_release
-    last_raster_row = y_o == bottom_i - 16'd1;
-    last_raster_column = x_o == right_i - 16'd1;
-    releases_row_above = source_row != '0 && (row_phase_o == {1'b0, reach} - 8'd1 ||
-                                              (last_raster_row && row_phase_o < {1'b0, reach}));
-    row_releases = releases_row_above || last_raster_row;
-    released_row = releases_row_above ? row_first_pixel_o - {16'd0, source_width_i} : row_first_pixel_o;
-    if (!smooths_o) release_end_o = pixel_o + 32'd1;
-    else if (start_i) release_end_o = {16'd0, source_width_i};  // a row above the raster that nothing needs
-    else if (!last_raster_column) release_end_o = released_row + {16'd0, column_o};
-    else if (last_raster_row) release_end_o = segment_pixels_i;
-    else release_end_o = released_row + {16'd0, source_width_i};
+    // At the start that is a row above the raster that nothing needs.
+    release_end_o = smooths_o && start_i ? {16'd0, source_width_i} : last_use_end;
     smoothed_releases_o = smooths_o && release_end_o > released_i;
     if (start_i) begin
       smoothed_releases_o = smoothed_releases_o && head_segment_i && top_apron_i && top_phase_i >= {1'b0, reach};
     end else begin
       smoothed_releases_o = smoothed_releases_o && compositing && covered_o && row_releases &&
-                          (last_raster_column || (column_o != '0 && column_phase >= {1'b0, reach} - 8'd1));
+                          (right_column || (column_o != '0 && column_phase >= {1'b0, reach} - 8'd1));
     end
   end
 
@@ -227,7 +229,24 @@ module raster_walker #(
         .weight_o(weight_y)
     );
 
+    logic [31:0] row_above_first_pixel, row_above_first_pixel_next;
+    logic releases_row_above_next;
+    always_comb begin : row_release
+      row_above_first_pixel_next = row_above_first_pixel;
+      if (start_i) row_above_first_pixel_next = '0;
+      else if (source_row_ends) row_above_first_pixel_next = row_first_pixel_o;
+      releases_row_above_next = source_row_next != '0 &&
+                                (row_phase_next == {1'b0, reach} - 8'd1 ||
+                                 (bottom_row_next && row_phase_next < {1'b0, reach}));
+    end
+
     always_ff @(posedge clk_i) begin : window_registers
+      row_above_first_pixel <= row_above_first_pixel_next;
+      row_releases <= releases_row_above_next || bottom_row_next;
+      if (!smooths_o) last_use_end <= own_pixel_next + 32'd1;
+      else if (right_column_next && bottom_row_next) last_use_end <= segment_pixels_i;
+      else last_use_end <= (releases_row_above_next ? row_above_first_pixel_next : row_first_pixel_next) +
+                           {16'd0, right_column_next ? source_width_i : column_next};
       beside <= beside_next;
       beside_is_left <= beside_is_left_next;
       across <= across_next_o;
@@ -236,8 +255,12 @@ module raster_walker #(
     assign own_is_second_o = 1'b0;
     assign weight_x_o = '0;
     assign weight_y_o = '0;
+    assign row_releases = 1'b0;
+    always_ff @(posedge clk_i) begin : window_registers
+      last_use_end <= own_pixel_next + 32'd1;
+    end
     logic unused_smoothing;
-    assign unused_smoothing = ^{smoothing_i, reciprocal_i};
+    assign unused_smoothing = ^{smoothing_i, reciprocal_i, segment_pixels_i};
   end
 
   // ---- the clock edge ----
@@ -266,5 +289,12 @@ module raster_walker #(
     row_first_pixel_o <= row_first_pixel_next;
     pixel_o <= newest_next_o;
     source_row <= source_row_next;
+    own_pixel <= own_pixel_next;
+    raster_row_ends <= x_next == raster_width_i - 16'd1;
+    last_raster_row <= y_next == raster_height_i - 16'd1;
+    last_column_phase <= column_phase_next == last_phase_i;
+    last_row_phase <= row_phase_next == last_phase_i;
+    right_column <= right_column_next;
+    bottom_row <= bottom_row_next;
   end
 endmodule
