@@ -4,6 +4,11 @@
 module beat_receiver #(
     parameter  int MAX_BUFFER_PIXELS = 4096,  // a power of two, 16 or more
     parameter  int WINDOW_ROWS       = 1,     // source rows in the window: 1, or 2 to smooth
+    parameter  int POSITION_BITS     = 16,    // of a raster's width and height, no fewer than MULTIPLE_BITS
+    parameter  int MULTIPLE_BITS     = 8,     // of a replication factor
+    parameter  int INDEX_BITS        = 32,    // of a segment's pixel, no fewer than POSITION_BITS and 4
+    parameter  int FRAME_BITS        = 32,    // of a frame's number
+    parameter  int GAP_BITS          = 20,    // of the clocks from beat to beat
     localparam int ADDRESS_BITS      = $clog2(MAX_BUFFER_PIXELS),
     localparam int COUNT_BITS        = ADDRESS_BITS + 1
 ) (
@@ -11,57 +16,57 @@ module beat_receiver #(
     input logic reset_i,  // synchronous, active high
 
     // Configuration, as of the composer.
-    input logic [15:0]           display_i,
-    input logic [15:0]           raster_width_i,
-    input logic [15:0]           raster_height_i,
-    input logic [COUNT_BITS-1:0] buffer_pixels_i,
-    input logic [COUNT_BITS-1:0] ready_space_pixels_i,
-    input logic [3:0]            pixels_per_beat_i,
-    input logic [19:0]           longest_gap_cycles_i,
-    input logic [7:0]            in_flight_pixels_i,
-    input logic [4:0]            cut_cycles_i,
+    input logic [15:0]              display_i,
+    input logic [POSITION_BITS-1:0] raster_width_i,
+    input logic [POSITION_BITS-1:0] raster_height_i,
+    input logic [COUNT_BITS-1:0]    buffer_pixels_i,
+    input logic [COUNT_BITS-1:0]    ready_space_pixels_i,
+    input logic [3:0]               pixels_per_beat_i,
+    input logic [GAP_BITS-1:0]      longest_gap_cycles_i,
+    input logic [7:0]               in_flight_pixels_i,
+    input logic [4:0]               cut_cycles_i,
 
     // The bus of the renderer.
-    input  logic [1:0]   bus_kind_i,
-    input  logic         bus_last_i,
-    input  logic [31:0]  bus_frame_i,
-    input  logic [3:0]   bus_count_i,
-    input  logic [15:0]  bus_destination_i,
-    input  logic [15:0]  bus_remaining_i,
-    input  logic [31:0]  bus_first_i,
-    input  logic [127:0] bus_words_i,  // 0 and 1
-    output logic         busready_o,
-    output logic         tableready_o,
+    input  logic [1:0]            bus_kind_i,
+    input  logic                  bus_last_i,
+    input  logic [FRAME_BITS-1:0] bus_frame_i,
+    input  logic [3:0]            bus_count_i,
+    input  logic [15:0]           bus_destination_i,
+    input  logic [15:0]           bus_remaining_i,
+    input  logic [INDEX_BITS-1:0] bus_first_i,
+    input  logic [127:0]          bus_words_i,  // 0 and 1
+    output logic                  busready_o,
+    output logic                  tableready_o,
 
     // The raster: what this edge does.
-    input logic        frame_ends_i,
-    input logic        releases_i,           // of a segment that is replicated: the pixel before release_end_i
-    input logic        missing_i,            // which has not come
-    input logic        smoothed_releases_i,  // the pixels before release_end_i
-    input logic [31:0] release_end_i,
+    input logic                  frame_ends_i,
+    input logic                  releases_i,           // of a replicated segment: the pixel before release_end_i
+    input logic                  missing_i,            // which has not come
+    input logic                  smoothed_releases_i,  // the pixels before release_end_i
+    input logic [INDEX_BITS-1:0] release_end_i,
 
     // The frame that is composited, or is next. Segment bounds are clipped to the raster, end values one past the last.
-    output logic                    head_segment_o,  // it shows on the raster
-    output logic                    head_abandoned_o,
-    output logic [15:0]             left_o,
-    output logic [15:0]             right_o,
-    output logic [15:0]             top_o,
-    output logic [15:0]             bottom_o,
-    output logic [15:0]             source_width_o,
-    output logic [15:0]             source_height_o,
-    output logic [31:0]             segment_pixels_o,
-    output logic [7:0]              last_phase_o,    // replication factor - 1
-    output logic [7:0]              left_phase_o,    // repetitions of the raster's first source column left of it
-    output logic [7:0]              top_phase_o,     // repetitions of the raster's first source row above it
-    output logic                    left_apron_o,    // the raster's first source column is the segment's second one
-    output logic                    top_apron_o,     // the same for its first row
-    output logic [22:0]             reciprocal_o,    // of the replication factor, to smooth
-    output logic [ADDRESS_BITS-1:0] base_o,          // address of the segment's pixel 0
-    output logic [31:0]             released_o,      // pixels that have had their last use
-    output logic                    head_abandoned_next_o,
-    output logic [31:0]             head_arrived_o,         // of its pixels, this beat's not counted
-    output logic [3:0]              head_taken_count_o,     // of this beat
-    output logic                    fetched_next_o,  // the frame can be composited
+    output logic                     head_segment_o,      // it shows on the raster
+    output logic                     head_abandoned_o,
+    output logic [POSITION_BITS-1:0] left_o,
+    output logic [POSITION_BITS-1:0] right_o,
+    output logic [POSITION_BITS-1:0] top_o,
+    output logic [POSITION_BITS-1:0] bottom_o,
+    output logic [POSITION_BITS-1:0] source_width_o,
+    output logic [POSITION_BITS-1:0] source_height_o,
+    output logic [INDEX_BITS-1:0]    segment_pixels_o,
+    output logic [MULTIPLE_BITS-1:0] last_phase_o,        // replication factor - 1
+    output logic [MULTIPLE_BITS-1:0] left_phase_o,        // repetitions of the raster's first source column left of it
+    output logic [MULTIPLE_BITS-1:0] top_phase_o,         // repetitions of the raster's first source row above it
+    output logic                     left_apron_o,        // the raster's first source column is the segment's second
+    output logic                     top_apron_o,         // the same for its first row
+    output logic [22:0]              reciprocal_o,        // of the replication factor, to smooth
+    output logic [ADDRESS_BITS-1:0]  base_o,              // address of the segment's pixel 0
+    output logic [INDEX_BITS-1:0]    released_o,          // pixels that have had their last use
+    output logic                     head_abandoned_next_o,
+    output logic [INDEX_BITS-1:0]    head_arrived_o,      // of its pixels, this beat's not counted
+    output logic [3:0]               head_taken_count_o,  // of this beat
+    output logic                     fetched_next_o,      // the frame can be composited
 
     // The FIFO, which writes the beat's words at this edge.
     input  logic [COUNT_BITS-1:0]   held_i,  // its level
@@ -71,15 +76,15 @@ module beat_receiver #(
     output logic [COUNT_BITS-1:0]   release_newest_o,
 
     // Status, as of the composer.
-    output logic        cut_o,
-    output logic        cutting_o,
-    output logic [3:0]  late_o,
-    output logic [31:0] lost_o,
-    output logic [31:0] lost_tables_o,
-    output logic [2:0]  error_o,
-    output logic        table_complete_o,
-    output logic [31:0] expected_o,
-    output logic [15:0] announced_o
+    output logic                  cut_o,
+    output logic                  cutting_o,
+    output logic [3:0]            late_o,
+    output logic [INDEX_BITS-1:0] lost_o,
+    output logic [FRAME_BITS-1:0] lost_tables_o,
+    output logic [2:0]            error_o,
+    output logic                  table_complete_o,
+    output logic [INDEX_BITS-1:0] expected_o,
+    output logic [15:0]           announced_o
 );
   localparam logic [1:0] BUS_NONE = 2'd0;
   localparam logic [1:0] BUS_FRAME_START = 2'd1;
@@ -95,39 +100,42 @@ module beat_receiver #(
   localparam logic [2:0] ERROR_ROW = 3'd6;       // a row that has come before
 
   localparam bit SMOOTHS = WINDOW_ROWS > 1;
-  localparam int MOST_FRAMES_AHEAD = 65535;  // beyond the newest frame that is known: no bus gets there
+  localparam int PRODUCT_BITS = POSITION_BITS + MULTIPLE_BITS;
+  // Beyond the newest frame that is known: no bus gets there.
+  localparam logic signed [FRAME_BITS-1:0] MOST_FRAMES_AHEAD =
+      FRAME_BITS'(FRAME_BITS > 16 ? 65535 : (1 << (FRAME_BITS - 1)) - 1);
   localparam int SPACE_BITS = (COUNT_BITS > 16 ? COUNT_BITS : 16) + 1;  // counts and announced pixels together
 
   // Two frames: the one that is composited or is next to be (`head`), and the one after it on the bus. Segment bounds
   // are clipped to the raster, end values one past the last.
-  logic [31:0] number[2];
-  logic        table_complete[2];      // or lost
-  logic        has_segment[2];
-  logic        abandoned[2];           // pixels or rows were lost: nothing of it is kept or waited for
-  logic [15:0] left[2];
-  logic [15:0] right[2];
-  logic [15:0] top[2];
-  logic [15:0] bottom[2];
-  logic [15:0] source_width[2];
-  logic [7:0]  last_phase[2];          // replication factor - 1
-  logic [7:0]  left_phase[2];          // repetitions of the raster's first source column left of it
-  logic [7:0]  top_phase[2];           // repetitions of the raster's first source row above it
-  logic        left_apron[2];          // the raster's first source column is the segment's second one
-  logic        top_apron[2];           // the same for its first row
-  logic [15:0] source_height[2];
-  logic [31:0] segment_pixels[2];
-  logic [31:0] arrived[2];
-  logic [ADDRESS_BITS-1:0] base[2];    // address of the segment's pixel 0
-  logic        head;
-  logic [1:0]  frames;
-  logic [31:0] frames_heard;                  // number of the frame that is to begin next
-  logic [31:0] composited;             // number of the frame that is composited or is next to be
-  logic        head_missed;            // its table did not come: it is composited abandoned and without a segment
-  logic        table_lost;             // of the newest frame: its pixels are dropped
-  logic [15:0] next_row;               // index of the table row that must come next
-  logic        receiving_ended;        // pixels of a frame that is over, the one that is not `head`, still come
-  logic [ADDRESS_BITS-1:0] write_address;
-  logic [19:0]             silent_cycles;  // since the burst's last beat, while more of it is announced
+  logic [FRAME_BITS-1:0]    number[2];
+  logic                     table_complete[2];  // or lost
+  logic                     has_segment[2];
+  logic                     abandoned[2];       // pixels or rows were lost: nothing of it is kept or waited for
+  logic [POSITION_BITS-1:0] left[2];
+  logic [POSITION_BITS-1:0] right[2];
+  logic [POSITION_BITS-1:0] top[2];
+  logic [POSITION_BITS-1:0] bottom[2];
+  logic [POSITION_BITS-1:0] source_width[2];
+  logic [MULTIPLE_BITS-1:0] last_phase[2];      // replication factor - 1
+  logic [MULTIPLE_BITS-1:0] left_phase[2];      // repetitions of the raster's first source column left of it
+  logic [MULTIPLE_BITS-1:0] top_phase[2];       // repetitions of the raster's first source row above it
+  logic                     left_apron[2];      // the raster's first source column is the segment's second one
+  logic                     top_apron[2];       // the same for its first row
+  logic [POSITION_BITS-1:0] source_height[2];
+  logic [INDEX_BITS-1:0]    segment_pixels[2];
+  logic [INDEX_BITS-1:0]    arrived[2];
+  logic [ADDRESS_BITS-1:0]  base[2];            // address of the segment's pixel 0
+  logic                     head;
+  logic [1:0]               frames;
+  logic [FRAME_BITS-1:0]    frames_heard;       // number of the frame that is to begin next
+  logic [FRAME_BITS-1:0]    composited;         // number of the frame that is composited or is next to be
+  logic                     head_missed;        // its table did not come: it is abandoned, without a segment
+  logic                     table_lost;         // of the newest frame: its pixels are dropped
+  logic [POSITION_BITS-1:0] next_row;           // index of the table row that must come next
+  logic                     receiving_ended;    // pixels of a frame that is over, not `head`, still come
+  logic [ADDRESS_BITS-1:0]  write_address;
+  logic [GAP_BITS-1:0]      silent_cycles;      // since the burst's last beat, while more of it is announced
 
   // ---- the raster's edge ----
 
@@ -148,11 +156,11 @@ module beat_receiver #(
   assign base_o = base[head];
 
   // The state that the frame's end leaves to the bus side.
-  logic        head_1;
-  logic [1:0]  frames_1;
-  logic [31:0] composited_1;
-  logic        receiving_ended_1;
-  logic [31:0] released_1;
+  logic                  head_1;
+  logic [1:0]            frames_1;
+  logic [FRAME_BITS-1:0] composited_1;
+  logic                  receiving_ended_1;
+  logic [INDEX_BITS-1:0] released_1;
   logic [COUNT_BITS-1:0] freed;  // pixels of the buffer
 
   always_comb begin : release_pixels
@@ -173,12 +181,12 @@ module beat_receiver #(
       freed = COUNT_BITS'(!missing_i && !head_abandoned_o);
     end
     if (frame_ends_i && head_missed) begin
-      composited_1 = composited + 32'd1;
+      composited_1 = composited + FRAME_BITS'(1);
     end else if (frame_ends_i && frames != 2'd0) begin
       if (has_segment[head]) receiving_ended_1 = frames == 2'd1 && arrived[head] != segment_pixels[head];
       head_1 = !head;
       frames_1 = frames - 2'd1;
-      composited_1 = composited + 32'd1;
+      composited_1 = composited + FRAME_BITS'(1);
       released_1 = '0;
     end
   end
@@ -187,13 +195,13 @@ module beat_receiver #(
 
   // A row for this composer, and whose frame it is of.
   logic own_row, receiving;
-  logic [7:0] row_multiple;
+  logic [MULTIPLE_BITS-1:0] row_multiple;
 
   if (SMOOTHS) begin : gen_smoothing
     logic [22:0] reciprocal[2], row_reciprocal;
     assign reciprocal_o = reciprocal[head];
     blend_reciprocal table_of_reciprocals (
-        .multiple_i(row_multiple),
+        .multiple_i(8'(row_multiple)),
         .reciprocal_o(row_reciprocal)
     );
     always_ff @(posedge clk_i) begin : reciprocal_registers
@@ -205,53 +213,59 @@ module beat_receiver #(
 
   // A table row: words 0 and 1 of its beat.
   logic [63:0] row_word_0, row_word_1;
-  logic [15:0] row_sdx, row_sdy, row_right, row_bottom;
-  logic signed [15:0] row_dx, row_dy;
+  logic [POSITION_BITS-1:0] row_sdx, row_sdy, row_right, row_bottom;
+  logic signed [POSITION_BITS-1:0] row_dx, row_dy;
   assign row_word_0 = bus_words_i[63:0];
   assign row_word_1 = bus_words_i[127:64];
-  assign row_sdx = row_word_0[63:48];
-  assign row_sdy = row_word_1[15:0];
-  assign row_dx = row_word_1[31:16];
-  assign row_dy = row_word_1[47:32];
-  assign row_multiple = row_word_1[55:48];
+  assign row_sdx = row_word_0[48 +: POSITION_BITS];
+  assign row_sdy = row_word_1[0 +: POSITION_BITS];
+  assign row_dx = row_word_1[16 +: POSITION_BITS];
+  assign row_dy = row_word_1[32 +: POSITION_BITS];
+  assign row_multiple = row_word_1[48 +: MULTIPLE_BITS];
 
   // One past the last raster position that the segment covers in one direction.
-  function automatic logic [15:0] clipped_end(input logic signed [15:0] from, input logic [15:0] source,
-                                              input logic [7:0] multiple, input logic [15:0] raster);
-    logic signed [25:0] end_position;
-    end_position = 26'(from) + $signed({2'd0, {8'd0, source} * {16'd0, multiple}});
+  function automatic logic [POSITION_BITS-1:0] clipped_end(
+      input logic signed [POSITION_BITS-1:0] from, input logic [POSITION_BITS-1:0] source,
+      input logic [MULTIPLE_BITS-1:0] multiple, input logic [POSITION_BITS-1:0] raster);
+    logic [PRODUCT_BITS-1:0] product;
+    logic signed [PRODUCT_BITS+1:0] end_position;
+    product = PRODUCT_BITS'(source) * PRODUCT_BITS'(multiple);
+    end_position = (PRODUCT_BITS + 2)'(from) + $signed({2'd0, product});
     if (end_position < 0) clipped_end = '0;
-    else clipped_end = end_position < $signed({10'd0, raster}) ? end_position[15:0] : raster;
+    else if (end_position < $signed((PRODUCT_BITS + 2)'(raster))) clipped_end = end_position[POSITION_BITS-1:0];
+    else clipped_end = raster;
   endfunction
 
   assign row_right = clipped_end(row_dx, row_sdx, row_multiple, raster_width_i);
   assign row_bottom = clipped_end(row_dy, row_sdy, row_multiple, raster_height_i);
 
-  // Repetitions of the first source line of an axis before the raster; of the second one, and bit 8 is set, if no
+  // Repetitions of the first source line of an axis before the raster; of the second one, with the high bit set, if no
   // repetition of the first one is left.
-  function automatic logic [8:0] outside_raster(input logic signed [15:0] from, input logic [7:0] multiple_of_row);
-    logic [15:0] repetitions;
+  function automatic logic [MULTIPLE_BITS:0] outside_raster(input logic signed [POSITION_BITS-1:0] from,
+                                                            input logic [MULTIPLE_BITS-1:0] multiple_of_row);
+    logic [POSITION_BITS-1:0] repetitions;
     logic apron;
     repetitions = from < 0 ? $unsigned(-from) : '0;
-    apron = SMOOTHS && repetitions >= {8'd0, multiple_of_row};
-    outside_raster = {apron, apron ? 8'(repetitions - {8'd0, multiple_of_row}) : repetitions[7:0]};
+    apron = SMOOTHS && repetitions >= POSITION_BITS'(multiple_of_row);
+    if (apron) repetitions = repetitions - POSITION_BITS'(multiple_of_row);
+    outside_raster = {apron, repetitions[MULTIPLE_BITS-1:0]};
   endfunction
 
   logic row_left_apron, row_top_apron;
-  logic [7:0] row_left_phase, row_top_phase;
+  logic [MULTIPLE_BITS-1:0] row_left_phase, row_top_phase;
   assign {row_left_apron, row_left_phase} = outside_raster(row_dx, row_multiple);
   assign {row_top_apron, row_top_phase} = outside_raster(row_dy, row_multiple);
 
   // A beat's frame number shows what was sent before its frame, and its index what was sent of its frame.
   logic beat, begins, goes_back, too_many, follows, newer, table_open, row_beat, taking_row, losing_table;
-  logic signed [31:0] ahead;  // frames after the newest that is known
-  logic [31:0] missed_count, frames_heard_1;
+  logic signed [FRAME_BITS-1:0] ahead;  // frames after the newest that is known
+  logic [FRAME_BITS-1:0] missed_count, frames_heard_1;
   logic table_lost_1;
   logic beginning, table_ends;
   logic pixel_beat, own_beat, dropping, in_order, keeping, cut_short, losing, nothing_due, overfull;
   logic newest_2;
   logic [1:0] frames_2;
-  logic [31:0] arrived_before, lost_count, arrived_3;
+  logic [INDEX_BITS-1:0] arrived_before, lost_count, arrived_3;
   logic [COUNT_BITS-1:0] free_1, free_2, free_3;
   logic [3:0] late_if_kept, late_count, fitting_count, taken_count;
   logic newly_abandoned, abandoned_2;
@@ -263,12 +277,12 @@ module beat_receiver #(
   assign arrived_before = arrived[receiving];
 
   // How many pixels of a beat come too late, if those before `released` have had their last use.
-  function automatic logic [3:0] too_late(input logic [31:0] released, input logic [31:0] first,
+  function automatic logic [3:0] too_late(input logic [INDEX_BITS-1:0] released, input logic [INDEX_BITS-1:0] first,
                                           input logic [3:0] count);
-    logic [32:0] difference;
+    logic [INDEX_BITS:0] difference;
     difference = {1'b0, released} - {1'b0, first};
-    if (difference[32]) too_late = '0;
-    else too_late = difference[31:4] == '0 && difference[3:0] < count ? difference[3:0] : count;
+    if (difference[INDEX_BITS]) too_late = '0;
+    else too_late = difference < (INDEX_BITS + 1)'(count) ? difference[3:0] : count;
   endfunction
 
   always_comb begin : take_beat
@@ -277,23 +291,23 @@ module beat_receiver #(
 
     beat = bus_kind_i != BUS_NONE;
     begins = bus_kind_i == BUS_FRAME_START;
-    ahead = $signed(bus_frame_i - frames_heard + 32'd1);
+    ahead = $signed(bus_frame_i - frames_heard + FRAME_BITS'(1));
     goes_back = beat && (ahead < 0 || ahead > MOST_FRAMES_AHEAD || (begins && ahead == 0));
     too_many = begins && !goes_back && frames_1 == 2'd2;
     if (goes_back) error_next = ERROR_FRAME;
     if (too_many) error_next = ERROR_TABLES;
     follows = beat && !goes_back && !too_many;
     newer = follows && ahead > 0;
-    frames_heard_1 = newer ? bus_frame_i + 32'd1 : frames_heard;
+    frames_heard_1 = newer ? bus_frame_i + FRAME_BITS'(1) : frames_heard;
     missed_count = '0;
-    if (newer) missed_count = begins ? $unsigned(ahead) - 32'd1 : $unsigned(ahead);
+    if (newer) missed_count = begins ? $unsigned(ahead) - FRAME_BITS'(1) : $unsigned(ahead);
 
     table_open = frames_1 != 2'd0 && !table_complete[receiving];
     row_beat = follows && !newer && bus_kind_i == BUS_TABLE_ROW && !table_lost;
-    taking_row = row_beat && table_open && bus_first_i == {16'd0, next_row};
-    if (row_beat && (!table_open || bus_first_i < {16'd0, next_row})) error_next = ERROR_ROW;
+    taking_row = row_beat && table_open && bus_first_i == INDEX_BITS'(next_row);
+    if (row_beat && (!table_open || bus_first_i < INDEX_BITS'(next_row))) error_next = ERROR_ROW;
     losing_table = table_open && (newer || (follows && bus_kind_i == BUS_PIXELS) ||
-                                  (row_beat && bus_first_i > {16'd0, next_row}));
+                                  (row_beat && bus_first_i > INDEX_BITS'(next_row)));
     table_lost_1 = table_lost || losing_table || missed_count != '0;
 
     beginning = begins && follows;
@@ -306,12 +320,13 @@ module beat_receiver #(
     pixel_beat = bus_kind_i == BUS_PIXELS && bus_destination_i == display_i;
     own_beat = pixel_beat && follows;
     dropping = own_beat && (table_lost || table_open || newer);
-    in_order = pixel_beat && bus_frame_i + 32'd1 == frames_heard && !table_lost && !table_open && !nothing_due &&
-               bus_first_i >= arrived_before;
+    in_order = pixel_beat && bus_frame_i + FRAME_BITS'(1) == frames_heard && !table_lost && !table_open &&
+               !nothing_due && bus_first_i >= arrived_before;
     if (own_beat && !dropping && !in_order) error_next = nothing_due ? ERROR_NO_TABLE : ERROR_ORDER;
 
     // Pixels that were sent and have not come: before this beat, or before this frame.
-    cut_short = newer && !nothing_due && !table_open && has_segment[receiving] && segment_pixels[receiving] > arrived_before;
+    cut_short = newer && !nothing_due && !table_open && has_segment[receiving] &&
+                segment_pixels[receiving] > arrived_before;
     lost_count = '0;
     if (in_order) lost_count = bus_first_i - arrived_before;
     if (cut_short) lost_count = segment_pixels[receiving] - arrived_before;
@@ -339,7 +354,7 @@ module beat_receiver #(
     if (overfull) free_3 = '0;
     else if (keeping) free_3 = free_1 - COUNT_BITS'(bus_count_i) + COUNT_BITS'(late_if_kept);
     if (!in_order) arrived_3 = segment_pixels[receiving];
-    else arrived_3 = overfull ? bus_first_i + {28'd0, fitting_count} : bus_first_i + {28'd0, bus_count_i};
+    else arrived_3 = overfull ? bus_first_i + INDEX_BITS'(fitting_count) : bus_first_i + INDEX_BITS'(bus_count_i);
   end
 
   assign write_count_o = keeping ? taken_count : 4'd0;
@@ -362,16 +377,17 @@ module beat_receiver #(
   logic [15:0] announced_2;
   logic [SPACE_BITS-1:0] ready_space, room_wanted;
   logic taking_announced, in_burst;
-  logic [19:0] silent_cycles_1;
+  logic [GAP_BITS-1:0] silent_cycles_1;
   logic [4:0] cut_cycles, cut_cycles_1;  // in which beats of a burst may still come that BUSREADY has ended
   assign cutting_o = cut_cycles != '0;
   logic cutting, room, falling, busready_next, head_fresh, head_complete;
   logic head_loses_table, head_missed_next, table_complete_next;
-  logic [31:0] oldest_kept, frames_known;
+  logic [FRAME_BITS-1:0] oldest_kept, frames_known;
+  logic [INDEX_BITS-1:0] head_missing;
 
   always_comb begin : handshakes
     // What is announced and does not come is lost, or something other than this composer stopped its burst.
-    silence_ends = !own_beat && announced_o != '0 && silent_cycles + 20'd1 == longest_gap_cycles_i;
+    silence_ends = !own_beat && announced_o != '0 && silent_cycles + GAP_BITS'(1) == longest_gap_cycles_i;
     taking_announced = (in_order && !overfull) || dropping;
     ready_space = SPACE_BITS'(ready_space_pixels_i);
     if (cut_cycles == 5'd1 || silence_ends) begin
@@ -386,7 +402,7 @@ module beat_receiver #(
     end
     silent_cycles_1 = silent_cycles;
     if (taking_announced) silent_cycles_1 = '0;
-    else if (!own_beat && announced_o != '0) silent_cycles_1 = silent_cycles + 20'd1;
+    else if (!own_beat && announced_o != '0) silent_cycles_1 = silent_cycles + GAP_BITS'(1);
     cut_cycles_1 = cut_cycles == '0 ? '0 : cut_cycles - 5'd1;
     cutting = cut_cycles_1 != '0;
     room = SPACE_BITS'(free_3) >= room_wanted;
@@ -403,8 +419,9 @@ module beat_receiver #(
     head_arrived_o = arrived[head_1];
     head_abandoned_next_o = head_missed_next || head_loses_table ||
                             (frames_1 == 2'd1 ? abandoned_2 : abandoned[head_1]);
-    head_complete = head_fresh || (!has_segment[head_1] && !(own_row && receiving == head_1)) || head_abandoned_next_o ||
-                    (has_segment[head_1] && segment_pixels[head_1] - arrived[head_1] == {28'd0, head_taken_count_o});
+    head_missing = segment_pixels[head_1] - arrived[head_1];
+    head_complete = head_fresh || (!has_segment[head_1] && !(own_row && receiving == head_1)) ||
+                    head_abandoned_next_o || (has_segment[head_1] && head_missing == INDEX_BITS'(head_taken_count_o));
     table_complete_next = head_missed_next ||
                           (frames_2 != 2'd0 && ((table_ends && newest_2 == head_1) || head_loses_table ||
                                                 (!head_fresh && table_complete[head_1])));
@@ -443,19 +460,19 @@ module beat_receiver #(
       composited <= composited_1;
       table_lost <= table_lost_1 && !beginning;
       if (beginning) next_row <= '0;
-      else if (taking_row) next_row <= next_row + 16'd1;
+      else if (taking_row) next_row <= next_row + POSITION_BITS'(1);
       receiving_ended <= receiving_ended_1 && !newer;
       released_o <= released_1;
       if (keeping) write_address <= write_address + ADDRESS_BITS'(taken_count);
       busready_o <= busready_next;
-      tableready_o <= frames_known < 32'd2;
+      tableready_o <= frames_known < FRAME_BITS'(2);
       announced_o <= announced_2;
       silent_cycles <= silent_cycles_1;
       cut_o <= falling;
       cut_cycles <= falling ? cut_cycles_i : cut_cycles_1;
       late_o <= late_count;
       lost_o <= lost_count;
-      lost_tables_o <= missed_count + {31'd0, losing_table};
+      lost_tables_o <= missed_count + FRAME_BITS'(losing_table);
       error_o <= error_next;
     end
   end
@@ -491,8 +508,8 @@ module beat_receiver #(
       bottom[receiving] <= row_bottom;
       source_width[receiving] <= row_sdx;
       source_height[receiving] <= row_sdy;
-      last_phase[receiving] <= row_multiple - 8'd1;
-      segment_pixels[receiving] <= {16'd0, row_sdx} * {16'd0, row_sdy};
+      last_phase[receiving] <= row_multiple - MULTIPLE_BITS'(1);
+      segment_pixels[receiving] <= INDEX_BITS'(row_sdx) * INDEX_BITS'(row_sdy);
     end
     if (table_ends) table_complete[newest_2] <= 1'b1;
   end
@@ -502,5 +519,5 @@ module beat_receiver #(
 
   // Fields of a table row that only the input framebuffer needs.
   logic unused;
-  assign unused = &{1'b0, row_word_0[47:0], row_word_1[63:56]};
+  assign unused = ^{row_word_0, row_word_1};
 endmodule

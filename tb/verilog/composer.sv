@@ -8,6 +8,11 @@
 module composer #(
     parameter  int MAX_BUFFER_PIXELS = 4096,  // a power of two, 16 or more
     parameter  int WINDOW_ROWS       = 1,     // source rows in the window: 1, or 2 to smooth
+    parameter  int POSITION_BITS     = 16,    // of a raster's width and height, no fewer than MULTIPLE_BITS
+    parameter  int MULTIPLE_BITS     = 8,     // of a replication factor
+    parameter  int INDEX_BITS        = 32,    // of a segment's pixel, no fewer than POSITION_BITS and 4
+    parameter  int FRAME_BITS        = 32,    // of a frame's number
+    parameter  int GAP_BITS          = 20,    // of the clocks from beat to beat
     localparam int ADDRESS_BITS      = $clog2(MAX_BUFFER_PIXELS),
     localparam int COUNT_BITS        = ADDRESS_BITS + 1
 ) (
@@ -15,33 +20,33 @@ module composer #(
     input logic reset_i,  // synchronous, active high
 
     // Configuration: constant while reset is low.
-    input logic [15:0]           display_i,             // whose composer this is, from 1
-    input logic [15:0]           raster_width_i,
-    input logic [15:0]           raster_height_i,
-    input logic [COUNT_BITS-1:0] buffer_pixels_i,       // 1..MAX_BUFFER_PIXELS
-    input logic [COUNT_BITS-1:0] ready_space_pixels_i,
-    input logic [3:0]            pixels_per_beat_i,     // 1..8
-    input logic [19:0]           longest_gap_cycles_i,  // from a beat of a burst to the next: a page miss and the beat
-    input logic [7:0]            in_flight_pixels_i,    // that may come once BUSREADY falls, with the beat it falls at
-    input logic [4:0]            cut_cycles_i,          // from BUSREADY's fall to the last beat of its burst: 1..17
-    input logic [1:0]            composition_i,         // 0 nearer wins, 1 the same with alpha key, 2 over
-    input logic                  stall_mode_i,          // a starved pixel: 1 stalls the column, 0 is a glitch
-    input logic                  smoothing_i,           // 1 bilinear, with two rows in the window; 0 replicates
-    input logic [23:0]           far_z_i,               // Z of the far plane
-    input logic [63:0]           background_i,
-    input logic                  pipemaster_i,          // strap, read in reset
+    input logic [15:0]              display_i,             // whose composer this is, from 1
+    input logic [POSITION_BITS-1:0] raster_width_i,
+    input logic [POSITION_BITS-1:0] raster_height_i,
+    input logic [COUNT_BITS-1:0]    buffer_pixels_i,       // 1..MAX_BUFFER_PIXELS
+    input logic [COUNT_BITS-1:0]    ready_space_pixels_i,
+    input logic [3:0]               pixels_per_beat_i,     // 1..8
+    input logic [GAP_BITS-1:0]      longest_gap_cycles_i,  // from beat to beat of a burst: a page miss and the beat
+    input logic [7:0]               in_flight_pixels_i,    // that may come as BUSREADY falls, with that edge's beat
+    input logic [4:0]               cut_cycles_i,          // from BUSREADY's fall to the last beat of its burst: 1..17
+    input logic [1:0]               composition_i,         // 0 nearer wins, 1 the same with alpha key, 2 over
+    input logic                     stall_mode_i,          // a starved pixel: 1 stalls the column, 0 is a glitch
+    input logic                     smoothing_i,           // 1 bilinear, with two rows in the window; 0 replicates
+    input logic [23:0]              far_z_i,               // Z of the far plane
+    input logic [63:0]              background_i,
+    input logic                     pipemaster_i,          // strap, read in reset
 
     // The bus of the renderer.
-    input  logic [1:0]       bus_kind_i,         // 0 none, 1 frame start, 2 table row, 3 pixels
-    input  logic             bus_last_i,         // the table ends here
-    input  logic [31:0]      bus_frame_i,        // the composited frame that the beat is of, from 0
-    input  logic [3:0]       bus_count_i,        // pixels in this beat, 0..8
-    input  logic [15:0]      bus_destination_i,
-    input  logic [15:0]      bus_remaining_i,    // pixels of the burst after this beat
-    input  logic [31:0]      bus_first_i,        // segment index of the beat's first pixel; of a row in its table
-    input  logic [511:0]     bus_words_i,        // word 0 lowest
-    output logic             busready_o,
-    output logic             tableready_o,
+    input  logic [1:0]            bus_kind_i,       // 0 none, 1 frame start, 2 table row, 3 pixels
+    input  logic                  bus_last_i,       // the table ends here
+    input  logic [FRAME_BITS-1:0] bus_frame_i,      // the composited frame that the beat is of, from 0
+    input  logic [3:0]            bus_count_i,      // pixels in this beat, 0..8
+    input  logic [15:0]           bus_destination_i,
+    input  logic [15:0]           bus_remaining_i,  // pixels of the burst after this beat
+    input  logic [INDEX_BITS-1:0] bus_first_i,      // segment index of the beat's first pixel; of a row in its table
+    input  logic [511:0]          bus_words_i,      // word 0 lowest
+    output logic                  busready_o,
+    output logic                  tableready_o,
 
     // The pipeline.
     input  logic        startframe_i,
@@ -51,36 +56,36 @@ module composer #(
     output logic [63:0] pipe_pixel_o,
     output logic        pipe_valid_o,
     output logic        pipe_lost_o,
-    input  logic        pipeready_i,     // from below
-    output logic        pipeready_o,     // to above
+    input  logic        pipeready_i,  // from below
+    output logic        pipeready_o,  // to above
     input  logic        column_stall_i,
     output logic        stall_o,
 
     // Status, for counters and debuggers. What happened at the edge just past:
-    output logic        composited_o,  // a raster pixel
-    output logic        starved_o,     // and its local pixel had not come
-    output logic        replayed_o,    // and its local pixel came from the window again
-    output logic        stalled_o,     // the column stood still for this composer
-    output logic        cut_o,         // BUSREADY was dropped in a burst
-    output logic        cutting_o,     // and beats of it may still come
-    output logic [3:0]  late_o,        // pixels dropped that came after their last use
-    output logic [31:0] lost_o,        // pixels found to be lost
-    output logic [31:0] lost_tables_o, // tables found to be lost, in part or whole
-    output logic [2:0]  error_o,       // see ERROR_... of beat_receiver
+    output logic                  composited_o,   // a raster pixel
+    output logic                  starved_o,      // and its local pixel had not come
+    output logic                  replayed_o,     // and its local pixel came from the window again
+    output logic                  stalled_o,      // the column stood still for this composer
+    output logic                  cut_o,          // BUSREADY was dropped in a burst
+    output logic                  cutting_o,      // and beats of it may still come
+    output logic [3:0]            late_o,         // pixels dropped that came after their last use
+    output logic [INDEX_BITS-1:0] lost_o,         // pixels found to be lost
+    output logic [FRAME_BITS-1:0] lost_tables_o,  // tables found to be lost, in part or whole
+    output logic [2:0]            error_o,        // see ERROR_... of beat_receiver
     // What stands now:
-    output logic                  running_o,
-    output logic                  table_complete_o,
-    output logic                  prefetched_o,
-    output logic [31:0]           frame_o,            // the frame composited, from 0; all ones before the first
-    output logic [15:0]           x_o,                // the raster position that is next
-    output logic [15:0]           y_o,
-    output logic [31:0]           pixel_o,            // the newest segment pixel that is needed there, if any is
-    output logic [31:0]           row_first_pixel_o,  // of the source row that this raster row shows
-    output logic [15:0]           column_o,           // in it
-    output logic [7:0]            row_phase_o,        // the source row's repetition, from 0
-    output logic [31:0]           expected_o,         // index in the segment of the pixel that the bus must bring next
-    output logic [COUNT_BITS-1:0] held_o,
-    output logic [15:0]           announced_o
+    output logic                     running_o,
+    output logic                     table_complete_o,
+    output logic                     prefetched_o,
+    output logic [FRAME_BITS-1:0]    frame_o,            // the frame composited, from 0; all ones before the first
+    output logic [POSITION_BITS-1:0] x_o,                // the raster position that is next
+    output logic [POSITION_BITS-1:0] y_o,
+    output logic [INDEX_BITS-1:0]    pixel_o,            // the newest segment pixel that is needed there, if any is
+    output logic [INDEX_BITS-1:0]    row_first_pixel_o,  // of the source row that this raster row shows
+    output logic [POSITION_BITS-1:0] column_o,           // in it
+    output logic [MULTIPLE_BITS-1:0] row_phase_o,        // the source row's repetition, from 0
+    output logic [INDEX_BITS-1:0]    expected_o,         // segment index of the pixel that the bus must bring next
+    output logic [COUNT_BITS-1:0]    held_o,
+    output logic [15:0]              announced_o
 );
   logic moving, start, pipemaster;
   assign moving = !stall_mode_i || !column_stall_i;
@@ -89,15 +94,15 @@ module composer #(
   logic frame_ends, covered, again, smooths, own_is_second;
   logic [6:0] weight_x, weight_y;
   logic releases, smoothed_releases;
-  logic [31:0] release_end;
+  logic [INDEX_BITS-1:0] release_end;
   logic running_next, covered_next, across_next;
-  logic [31:0] newest_next;
+  logic [INDEX_BITS-1:0] newest_next;
   logic [ADDRESS_BITS-1:0] window_address, row_address;
 
   // beat_receiver
   logic head_segment, head_abandoned, left_apron, top_apron, head_abandoned_next, fetched_next;
   logic [15:0] left, right, top, bottom, source_width, source_height;
-  logic [31:0] segment_pixels, released, head_arrived;
+  logic [INDEX_BITS-1:0] segment_pixels, released, head_arrived;
   logic [3:0] head_taken_count;
   logic [7:0] last_phase, left_phase, top_phase;
   logic [22:0] reciprocal;
@@ -115,7 +120,12 @@ module composer #(
 
   beat_receiver #(
       .MAX_BUFFER_PIXELS(MAX_BUFFER_PIXELS),
-      .WINDOW_ROWS(WINDOW_ROWS)
+      .WINDOW_ROWS(WINDOW_ROWS),
+      .POSITION_BITS(POSITION_BITS),
+      .MULTIPLE_BITS(MULTIPLE_BITS),
+      .INDEX_BITS(INDEX_BITS),
+      .FRAME_BITS(FRAME_BITS),
+      .GAP_BITS(GAP_BITS)
   ) receiver (
       .clk_i,
       .reset_i,
@@ -182,7 +192,11 @@ module composer #(
 
   raster_walker #(
       .WINDOW_ROWS(WINDOW_ROWS),
-      .ADDRESS_BITS(ADDRESS_BITS)
+      .ADDRESS_BITS(ADDRESS_BITS),
+      .POSITION_BITS(POSITION_BITS),
+      .MULTIPLE_BITS(MULTIPLE_BITS),
+      .INDEX_BITS(INDEX_BITS),
+      .FRAME_BITS(FRAME_BITS)
   ) walker (
       .clk_i,
       .reset_i,
@@ -265,7 +279,8 @@ module composer #(
   );
 
   merge_stage #(
-      .WINDOW_ROWS(WINDOW_ROWS)
+      .WINDOW_ROWS(WINDOW_ROWS),
+      .INDEX_BITS(INDEX_BITS)
   ) merge (
       .clk_i,
       .reset_i,

@@ -2,7 +2,8 @@
 // with the pixel from upstream. The FIFO has read the segment's pixels at the edge before, even if they came at that
 // edge.
 module merge_stage #(
-    parameter int WINDOW_ROWS = 1  // source rows in the window: 1, or 2 to smooth
+    parameter int WINDOW_ROWS = 1,  // source rows in the window: 1, or 2 to smooth
+    parameter int INDEX_BITS  = 32
 ) (
     input logic clk_i,
     input logic reset_i,  // synchronous, active high
@@ -24,22 +25,22 @@ module merge_stage #(
     output logic        stall_o,
 
     // The position that this edge composites, and the next one.
-    input logic        running_i,
-    input logic        covered_i,
-    input logic        again_i,
-    input logic        smooths_i,
-    input logic        own_is_second_i,
-    input logic [6:0]  weight_x_i,
-    input logic [6:0]  weight_y_i,
-    input logic        running_next_i,
-    input logic        covered_next_i,
-    input logic [31:0] newest_next_i,
+    input logic                  running_i,
+    input logic                  covered_i,
+    input logic                  again_i,
+    input logic                  smooths_i,
+    input logic                  own_is_second_i,
+    input logic [6:0]            weight_x_i,
+    input logic [6:0]            weight_y_i,
+    input logic                  running_next_i,
+    input logic                  covered_next_i,
+    input logic [INDEX_BITS-1:0] newest_next_i,
 
     // The frame, now and after this edge.
-    input logic        abandoned_i,
-    input logic        abandoned_next_i,
-    input logic [31:0] arrived_i,         // before this edge
-    input logic [3:0]  taken_count_i,     // at this edge
+    input logic                  abandoned_i,
+    input logic                  abandoned_next_i,
+    input logic [INDEX_BITS-1:0] arrived_i,      // before this edge
+    input logic [3:0]            taken_count_i,  // at this edge
 
     // The FIFO's words: of the position's own source row, and of the other one.
     input logic [63:0] word_i,
@@ -65,10 +66,10 @@ module merge_stage #(
   assign upstream_lost = pipe_lost_i && !pipemaster_i;
   assign shows = covered_i && !missing_o && !abandoned_i;
   // Pixels from the first that has not come to the newest that is needed.
-  logic [32:0] needed_beyond;
+  logic [INDEX_BITS:0] needed_beyond;
   assign needed_beyond = {1'b0, newest_next_i} - {1'b0, arrived_i};
-  assign missing_next = running_next_i && covered_next_i && !abandoned_next_i && !needed_beyond[32] &&
-                        (needed_beyond[31:4] != '0 || needed_beyond[3:0] >= taken_count_i);
+  assign missing_next = running_next_i && covered_next_i && !abandoned_next_i && !needed_beyond[INDEX_BITS] &&
+                        needed_beyond >= (INDEX_BITS + 1)'(taken_count_i);
 
   // What shows of the back is back * (255 - alpha) / 255, rounded to nearest: exact for products up to 255 * 255.
   function automatic logic [7:0] over_channel(input logic [7:0] front, input logic [7:0] back,
