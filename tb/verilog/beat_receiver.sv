@@ -6,7 +6,7 @@ module beat_receiver #(
     parameter  int WINDOW_ROWS       = 1,     // source rows in the window: 1, or 2 to smooth
     parameter  int POSITION_BITS     = 16,    // of a raster's width and height, no fewer than MULTIPLE_BITS
     parameter  int MULTIPLE_BITS     = 8,     // of a replication factor
-    parameter  int INDEX_BITS        = 32,    // of a segment's pixel, no fewer than POSITION_BITS and 4
+    parameter  int INDEX_BITS        = 32,    // of a segment's pixel, no fewer than POSITION_BITS and 5
     parameter  int FRAME_BITS        = 32,    // of a frame's number
     parameter  int GAP_BITS          = 20,    // of the clocks from beat to beat
     localparam int ADDRESS_BITS      = $clog2(MAX_BUFFER_PIXELS),
@@ -267,7 +267,9 @@ module beat_receiver #(
   logic [1:0] frames_2;
   logic [INDEX_BITS-1:0] arrived_before, lost_count, arrived_3;
   logic [COUNT_BITS-1:0] free_1, free_2, free_3;
-  logic [3:0] late_if_kept, late_count, fitting_count, taken_count;
+  logic [3:0] late_if_kept, late_count, taken_count, first_low;
+  logic first_carry;
+  logic [INDEX_BITS-5:0] first_high_up;
   logic newly_abandoned, abandoned_2;
   logic silence_ends;
   logic [2:0] error_next;
@@ -348,13 +350,15 @@ module beat_receiver #(
     late_count = keeping ? late_if_kept : '0;
     overfull = keeping && (COUNT_BITS + 1)'(bus_count_i) > (COUNT_BITS + 1)'(free_1) + (COUNT_BITS + 1)'(late_if_kept);
     if (overfull) error_next = ERROR_FULL;
-    fitting_count = late_if_kept + 4'(free_1);
-    taken_count = overfull ? fitting_count : bus_count_i;
+    taken_count = overfull ? late_if_kept + 4'(free_1) : bus_count_i;
     free_3 = free_2;
     if (overfull) free_3 = '0;
     else if (keeping) free_3 = free_1 - COUNT_BITS'(bus_count_i) + COUNT_BITS'(late_if_kept);
+    // The high bits need no sum of all bits once the count is known.
+    {first_carry, first_low} = {1'b0, bus_first_i[3:0]} + {1'b0, taken_count};
+    first_high_up = bus_first_i[INDEX_BITS-1:4] + (INDEX_BITS - 4)'(1);
     if (!in_order) arrived_3 = segment_pixels[receiving];
-    else arrived_3 = overfull ? bus_first_i + INDEX_BITS'(fitting_count) : bus_first_i + INDEX_BITS'(bus_count_i);
+    else arrived_3 = {first_carry ? first_high_up : bus_first_i[INDEX_BITS-1:4], first_low};
   end
 
   assign write_count_o = keeping ? taken_count : 4'd0;

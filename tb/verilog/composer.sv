@@ -10,7 +10,7 @@ module composer #(
     parameter  int WINDOW_ROWS       = 1,     // source rows in the window: 1, or 2 to smooth
     parameter  int POSITION_BITS     = 16,    // of a raster's width and height, no fewer than MULTIPLE_BITS
     parameter  int MULTIPLE_BITS     = 8,     // of a replication factor
-    parameter  int INDEX_BITS        = 32,    // of a segment's pixel, no fewer than POSITION_BITS and 4
+    parameter  int INDEX_BITS        = 32,    // of a segment's pixel, no fewer than POSITION_BITS and 5
     parameter  int FRAME_BITS        = 32,    // of a frame's number
     parameter  int GAP_BITS          = 20,    // of the clocks from beat to beat
     localparam int ADDRESS_BITS      = $clog2(MAX_BUFFER_PIXELS),
@@ -101,10 +101,10 @@ module composer #(
 
   // beat_receiver
   logic head_segment, head_abandoned, left_apron, top_apron, head_abandoned_next, fetched_next;
-  logic [15:0] left, right, top, bottom, source_width, source_height;
+  logic [POSITION_BITS-1:0] left, right, top, bottom, source_width, source_height;
   logic [INDEX_BITS-1:0] segment_pixels, released, head_arrived;
   logic [3:0] head_taken_count;
-  logic [7:0] last_phase, left_phase, top_phase;
+  logic [MULTIPLE_BITS-1:0] last_phase, left_phase, top_phase;
   logic [22:0] reciprocal;
   logic [ADDRESS_BITS-1:0] base, write_address;
   logic [3:0] write_count;
