@@ -33,7 +33,7 @@ module composer_proof #(
     parameter int MAX_BUFFER_PIXELS = 4,
     parameter int POSITION_BITS     = 3,
     parameter int MULTIPLE_BITS     = 2,
-    parameter int INDEX_BITS        = 4,
+    parameter int INDEX_BITS        = 5,
     parameter int FRAME_BITS        = 3,
     parameter int GAP_BITS          = 3
 ) (
