@@ -23,9 +23,11 @@ namespace {
 constexpr DepthFormat kFormat = DepthFormat::kA8Z16;
 const ImageReading kRange{0.0, 100.0};
 
+/// What a file of /proc says; nothing, or a part, if its process ends meanwhile.
 std::string text_of(const std::string& file) {
-    std::ifstream stream(file);
-    return {std::istreambuf_iterator<char>(stream), {}};
+    std::ostringstream text;
+    text << std::ifstream(file).rdbuf();
+    return text.str();
 }
 
 bool has_loaded_the_libraries() {
