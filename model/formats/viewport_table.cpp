@@ -1,5 +1,7 @@
 #include "formats/viewport_table.h"
 
+#include <algorithm>
+
 namespace metabuffer {
 namespace {
 
@@ -105,11 +107,11 @@ std::string destination_message(const Axis& axis) {
 
 std::string buffer_message(const ViewportRow& row, const ViewportLimits& limits) {
     const int rows = window_rows(limits.smoothing, row.dmultiple);
-    const std::string window = rows == 0 ? "" : rows == 1 ? "Sdx + " : std::to_string(rows) + "*Sdx + ";
-    const std::string least = window + "ready_space_pixels = ";
+    const std::string window = rows == 1 ? "Sdx - 1 + " : std::to_string(rows) + "*Sdx - 1 + ";
     return "the composer's buffer of " + std::to_string(limits.buffer_pixels) +
-           " pixels could never hold what the row needs: at least " + least +
-           std::to_string(least_buffer_pixels(row, limits));
+           " pixels could never hold what the row needs: at least " + (rows == 0 ? "" : window) +
+           "ready_space_pixels = " +
+           std::to_string(least_buffer_pixels(row, limits.smoothing, limits.ready_space_pixels));
 }
 
 std::string message(const ViewportRow& row, const ViewportLimits& limits, RowDefect defect) {
@@ -140,8 +142,10 @@ bool names_display(const ViewportRow& row, const ViewportLimits& limits) {
 
 }  // namespace
 
-std::int64_t least_buffer_pixels(const ViewportRow& row, const ViewportLimits& limits) {
-    return std::int64_t{window_rows(limits.smoothing, row.dmultiple)} * row.sdx + limits.ready_space_pixels;
+std::int64_t least_buffer_pixels(const ViewportRow& row, Smoothing smoothing,
+                                 std::int64_t ready_space_pixels) {
+    const std::int64_t window_pixels = std::int64_t{window_rows(smoothing, row.dmultiple)} * row.sdx;
+    return std::max<std::int64_t>(window_pixels - 1, 0) + ready_space_pixels;
 }
 
 const char* row_defect_key(RowDefect defect) {
@@ -173,7 +177,8 @@ RowDefect row_defect(const ViewportRow& row, const ViewportLimits& limits) {
     if (!x.first_shows() || !x.last_shows() || !y.first_shows() || !y.last_shows()) {
         return RowDefect::kDestination;
     }
-    if (limits.buffer_pixels < least_buffer_pixels(row, limits)) return RowDefect::kBuffer;
+    if (limits.buffer_pixels < least_buffer_pixels(row, limits.smoothing, limits.ready_space_pixels))
+        return RowDefect::kBuffer;
     return RowDefect::kNone;
 }
 

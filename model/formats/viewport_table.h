@@ -71,9 +71,11 @@ struct ValidatedTable {
     std::vector<RejectedRow> rejected;
 };
 
-/// The smallest buffer with which a row that is valid otherwise cannot wait for ever: room for the source rows that its
-/// composer must hold, and the ready space, without which the composer would not get its next pixels.
-std::int64_t least_buffer_pixels(const ViewportRow& row, const ViewportLimits& limits);
+/// The smallest buffer with which a row that is valid otherwise cannot wait for ever. Where a composer waits for a pixel, it
+/// holds all but that one of the source rows in its window, and without the ready space besides it would not get the pixel.
+/// A buffer of one pixel less can wait for ever (scripts/prove stalled).
+std::int64_t least_buffer_pixels(const ViewportRow& row, Smoothing smoothing,
+                                 std::int64_t ready_space_pixels);
 
 /// Checks one row alone: every rule except the one about earlier rows.
 RowDefect row_defect(const ViewportRow& row, const ViewportLimits& limits);

@@ -213,7 +213,8 @@ void BusMonitor::enter_row(const ViewportRow& row, std::int64_t edge) {
     }
     const SegmentPositions positions(row, raster_width_, raster_height_, smoothing_);
     const std::int64_t window_rows = smoothing_ == Smoothing::kBilinear ? 2 : 1;
-    const std::int64_t window = row.dmultiple > 1 ? window_rows * row.sdx : 0;
+    // A pixel that the composer waits for is the only one of its window that it does not hold.
+    const std::int64_t window = row.dmultiple > 1 ? window_rows * row.sdx - 1 : 0;
     if (!positions.legal() || row.sx + row.sdx > image_width_ || row.sy + row.sdy > image_height_) {
         violate("bus/row", edge, subject + " that its image or its raster does not hold");
     } else if (buffer_pixels_ < ready_space_pixels_ + window) {

@@ -238,7 +238,7 @@ TEST_CASE("bus monitor: its rules in a table", "[monitors]") {
         bench.put(24, 1, 4, 2).put(25, 1, 6, 0).put(26, 2, 6, 0).put(40, BusBeat::frame_start(1, true));
     });
 
-    rules.of(altered([](Scenario& scenario) { scenario.composer.buffer_pixels = 7; }));
+    rules.of(altered([](Scenario& scenario) { scenario.composer.buffer_pixels = 6; }));
     rules.row("a row that the buffer can never serve", {{"bus/row", "BUS_1", 12, 0}}, [](auto& bench) {
         bench.put_row(12, 1, table_row(2, {0, 0}, {4, 1}, {0, 0}, 2), true);
     });

@@ -212,7 +212,7 @@ TableAnalysis analyze_table(const Scenario& scenario, const BufferBound& bound, 
         composer.page_misses = user.costs.page_misses();
         composer.bus_cycles = user.costs.total_cycles();
         composer.slots = has_slots ? bus.shares().slots(i) : 0;
-        composer.least_buffer_pixels = least_buffer_pixels(row, limits);
+        composer.least_buffer_pixels = least_buffer_pixels(row, limits.smoothing, limits.ready_space_pixels);
         composer.whole_buffer_pixels =
             std::max(composer.least_buffer_pixels, composer.pixels + bus.machine().ready_space - 1);
         table.composers.push_back(composer);

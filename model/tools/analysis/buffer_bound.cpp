@@ -4,6 +4,7 @@
 #include <cmath>
 #include <set>
 
+#include "formats/viewport_table.h"
 #include "scenario/limits.h"
 #include "scenario/link_program.h"
 #include "tools/analysis/arithmetic.h"
@@ -221,10 +222,8 @@ std::int64_t BufferBound::smallest_legal_pixels() const {
     for (const BusTable& table : tables_) {
         pixels = std::max(pixels, table.machine().ready_space);
         for (const BusUser& user : table.users()) {
-            const ViewportRow& row = user.segment.row();
-            pixels = std::max(pixels,
-                              std::int64_t{window_rows(table.machine().smoothing, row.dmultiple)} * row.sdx +
-                                  table.machine().ready_space);
+            pixels = std::max(pixels, least_buffer_pixels(user.segment.row(), table.machine().smoothing,
+                                                          table.machine().ready_space));
         }
     }
     return pixels;

@@ -1,5 +1,6 @@
 #include "formats/viewport_table.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <functional>
 #include <set>
@@ -72,8 +73,9 @@ RowDefect judged(const ViewportRow& row, const ViewportLimits& limits) {
         return RowDefect::kDestination;
     }
     const int window = row.dmultiple == 1 ? 0 : (smoothed ? row.sdx + row.sdx : row.sdx);
-    const int free_beside_window = limits.buffer_pixels - window;
-    return free_beside_window < limits.ready_space_pixels ? RowDefect::kBuffer : RowDefect::kNone;
+    // The last pixel of the window comes into the ready space.
+    const int held = std::max(window - 1, 0);
+    return limits.buffer_pixels - held < limits.ready_space_pixels ? RowDefect::kBuffer : RowDefect::kNone;
 }
 
 TEST_CASE("viewport table: the paper's sample table is valid as it is") {
@@ -174,19 +176,20 @@ TEST_CASE("viewport row: smoothed, the outermost source lines may lie beside the
 }
 
 TEST_CASE(
-    "viewport row: the buffer holds the ready space, and beside it the source rows that are read again") {
+    "viewport row: the buffer holds the ready space, and beside it all but a pixel of the source rows that "
+    "are read again") {
     struct Case {
         Smoothing smoothing;
         std::uint16_t multiple;
         int buffer_pixels;
         const char* least;  ///< nothing: it is enough
     };
-    for (const Case& one : {Case{Smoothing::kReplicate, 3, 52, ""},
-                            Case{Smoothing::kReplicate, 3, 51, "Sdx + ready_space_pixels = 52"},
+    for (const Case& one : {Case{Smoothing::kReplicate, 3, 51, ""},
+                            Case{Smoothing::kReplicate, 3, 50, "Sdx - 1 + ready_space_pixels = 51"},
                             Case{Smoothing::kReplicate, 1, 32, ""},
                             Case{Smoothing::kReplicate, 1, 31, "ready_space_pixels = 32"},
-                            Case{Smoothing::kBilinear, 3, 72, ""},
-                            Case{Smoothing::kBilinear, 3, 71, "2*Sdx + ready_space_pixels = 72"},
+                            Case{Smoothing::kBilinear, 3, 71, ""},
+                            Case{Smoothing::kBilinear, 3, 70, "2*Sdx - 1 + ready_space_pixels = 71"},
                             Case{Smoothing::kBilinear, 1, 32, ""}}) {
         ViewportLimits limits = kLimits;
         limits.smoothing = one.smoothing;
@@ -208,7 +211,7 @@ TEST_CASE("viewport row: extreme fields and limits overflow nothing") {
     CHECK(row_defect(row, limits) == RowDefect::kDestination);
     row.dx = -254;
     CHECK(row_defect(row, limits) == RowDefect::kBuffer);
-    limits.ready_space_pixels = kHuge - 65535;
+    limits.ready_space_pixels = kHuge - 65534;
     CHECK(row_defect(row, limits) == RowDefect::kNone);
     limits.raster_height_pixels = 32767 + 65535 * 255 - 254;
     CHECK(row_defect(row, limits) == RowDefect::kNone);

@@ -109,7 +109,7 @@ TEST_CASE("a buffer for the whole segment is always safe and less than the legal
         const BufferBound bound(scenario);
         const ViewportRow& row = scenario.renderers.front().frames.front().table.front();
         const std::int64_t ready = scenario.composer.ready_space_pixels;
-        CHECK(bound.smallest_legal_pixels() == ready + (row.dmultiple > 1 ? row.sdx : 0));
+        CHECK(bound.smallest_legal_pixels() == ready + (row.dmultiple > 1 ? row.sdx - 1 : 0));
         CHECK(bound.whole_segment_pixels() ==
               std::max(bound.smallest_legal_pixels(), std::int64_t{row.sdx} * row.sdy + ready - 1));
         CHECK(bound.is_safe(bound.whole_segment_pixels()));
@@ -174,7 +174,7 @@ TEST_CASE(
     scenario.composer.ready_space_pixels = ready;
     scenario.composer.smoothing = Smoothing::kBilinear;
     scenario.memory.page_miss_cycles = 0;
-    CHECK(BufferBound(scenario).smallest_legal_pixels() == ready + size);
+    CHECK(BufferBound(scenario).smallest_legal_pixels() == ready + size - 1);
     CHECK(BufferBound(scenario).find()->pixels == ready + size);
     // Two pages of 512 words: while they are opened, the raster takes three pixels.
     scenario.memory.page_miss_cycles = 6;
