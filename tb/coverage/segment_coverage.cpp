@@ -89,9 +89,9 @@ void cover_segment(const TableGoals& goals, const Scenario& scenario, const View
     goals.size.smaller.hit_if(capacity < segment.pixels());
     goals.size.exactly.hit_if(capacity == segment.pixels());
     goals.size.larger.hit_if(capacity > segment.pixels());
-    const int window = window_rows(scenario.composer.smoothing, multiple) * row.sdx;
-    goals.size.window_and_ready_space.hit_if(multiple > 1 &&
-                                             capacity == window + scenario.composer.ready_space_pixels);
+    goals.size.smallest_legal.hit_if(multiple > 1 &&
+                                     capacity == least_buffer_pixels(row, scenario.composer.smoothing,
+                                                                     scenario.composer.ready_space_pixels));
 }
 
 /// Counts how a rejected row broke the rule.

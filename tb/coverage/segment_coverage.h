@@ -33,7 +33,7 @@ struct PolicyComposersGoals : CoverGroup {
 
 struct SegmentSizeGoals : CoverGroup {
     explicit SegmentSizeGoals(Coverage& coverage) : CoverGroup(coverage, groups::kBuffer) {}
-    Bin window_and_ready_space = bin("no more than the widest replicated row and ready space");
+    Bin smallest_legal = bin("the smallest with which a replicated row is valid");
     Bin smaller = bin("smaller than a segment");
     Bin exactly = bin("exactly a segment");
     Bin larger = bin("larger than a segment");

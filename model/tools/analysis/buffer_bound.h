@@ -24,7 +24,7 @@ class BufferBound {
     /// The different tables of the renderers, in the order of renderers and frames.
     const std::vector<BusTable>& tables() const { return tables_; }
 
-    /// The smallest buffer with which no row is rejected: the ready space, plus the row's Sdx for Dmultiple > 1.
+    /// The smallest buffer with which no row is rejected, see least_buffer_pixels().
     std::int64_t smallest_legal_pixels() const;
     /// The smallest buffer that holds each segment as a whole, and so never starves.
     std::int64_t whole_segment_pixels() const;
