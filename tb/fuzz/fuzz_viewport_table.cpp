@@ -68,7 +68,7 @@ RowDefect expected_defect(const ViewportRow& row, const ViewportLimits& limits,
         return RowDefect::kDestination;
     }
     // What is repeated, or mixed with the next row, stays in the buffer. The next slot must find room in the rest.
-    const int kept = row.dmultiple == 1 ? 0 : (smoothed ? 2 : 1) * row.sdx;
+    const int kept = row.dmultiple == 1 ? 0 : (smoothed ? 2 : 1) * row.sdx - 1;
     return kept + limits.ready_space_pixels > limits.buffer_pixels ? RowDefect::kBuffer : RowDefect::kNone;
 }
 

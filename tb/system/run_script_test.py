@@ -142,8 +142,18 @@ class Run(Project):
                       ("--check", "--level", "functional")):
             done = self.run_script(*words)
             self.assertEqual(done.returncode, BAD_INPUT, (words, done.stdout))
-            self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
+            self.assertEqual((done.stdout, done.stderr.count("\n")), ("", 1), done.stderr)
         self.assertFalse((self.project / "out").exists())
+
+    def test_what_is_refused_leaves_the_results_of_an_earlier_run(self):
+        self.check_ran(self.run_script(), "paper-figure", "out/paper-figure")
+        folder = self.project / "out/paper-figure"
+        before = {path.name: path.read_bytes() for path in folder.iterdir()}
+        self.assertGreaterEqual(set(before), {"run.html", "trace.vcd", "trace.gtkw"})
+        for words in (("--set", "frames=0"), ("--trace-window", "frame:99")):
+            done = self.run_script(*words)
+            self.assertEqual((done.returncode, done.stdout), (BAD_INPUT, ""), done.stderr)
+            self.assertEqual({path.name: path.read_bytes() for path in folder.iterdir()}, before)
 
     def test_without_the_packages_for_a_build_what_is_built_runs(self):
         self.stand_in("scripts/install-packages", "echo 'missing packages' >&2; exit 1")
