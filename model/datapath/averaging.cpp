@@ -44,9 +44,4 @@ bool Averager::push(Pixel pixel, std::uint32_t& colour) {
     return complete;
 }
 
-void Averager::restart() {
-    x_ = 0;
-    y_in_block_ = 0;
-}
-
 }  // namespace metabuffer

@@ -9,7 +9,7 @@ namespace metabuffer {
 
 /// The last step of supersampling (section 7 of the paper): averages each block of s x s raster pixels to one display
 /// pixel, each channel (sum + s*s/2) >> (2 log2 s). Raster pixels come in raster order, and the last one of a block
-/// completes its display pixel. State: one row of channel sums.
+/// completes its display pixel; the last one of a frame leaves it ready for the next. State: one row of channel sums.
 class Averager {
   public:
     /// supersample is 1, 2 or 4.
@@ -17,9 +17,6 @@ class Averager {
 
     /// Adds the next raster pixel. True if it completes a display pixel; `colour` is then that pixel, 0xRRGGBB.
     bool push(Pixel pixel, std::uint32_t& colour);
-
-    /// Starts a new frame.
-    void restart();
 
     /// Calls see(name, value, largest value) for each register; the row of sums is a memory.
     template <typename See>

@@ -49,7 +49,6 @@ void FrameAverager::clock_edge() {
         receiving_ = true;
         raster_position_ = 0;
         next_word_ = 0;
-        averager_.change().restart();
     }
     drive_output(writes_, writes_o, writes);
     drive_output(framedone_, framedone_o, frame_done_ && !swapped);

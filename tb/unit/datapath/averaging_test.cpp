@@ -142,25 +142,5 @@ TEST_CASE("averaging: equals the mean of each block on random rasters, frame aft
     }
 }
 
-TEST_CASE("averaging: restart forgets a frame that broke off anywhere") {
-    const auto seed = test::random_seed(105);
-    INFO("METABUFFER_SEED=" << seed);
-    test::Random random(seed);
-    for (const int supersample : {1, 2, 4}) {
-        const int width = 3;
-        const int height = 2;
-        const int raster_pixels = width * height * supersample * supersample;
-        for (int broken_at = 0; broken_at <= raster_pixels; ++broken_at) {
-            INFO("supersample " << supersample << ", broken off after " << broken_at);
-            Averager averager(width, supersample);
-            const std::vector<Pixel> broken(static_cast<std::size_t>(broken_at), Pixel(255, 255, 255, 0, 0));
-            averaged(averager, broken);
-            averager.restart();
-            const PixelImage raster = random_raster(random, width * supersample, height * supersample);
-            CHECK(averaged(averager, raster.values).colours == means(raster, supersample));
-        }
-    }
-}
-
 }  // namespace
 }  // namespace metabuffer
