@@ -101,8 +101,9 @@ class Display final : private Captures, public Lockstep<DviDisplay> {
         }
         if (vsync_left_ > 0) push({}, vsync_left_ + 1);
         if (random.one_in(2)) push({}, random.between(1, 30));
-        const int broken_off = random.one_in(8) ? random.between(1, 4) : 0;  // pixels of a line before VSYNC
-        for (int x = 0; x < broken_off; ++x) push({7, true, false, false});
+        // Pixels of a line up to the one with which VSYNC rises.
+        const int broken_off = random.one_in(8) ? random.between(1, 4) : 0;
+        for (int x = 1; x < broken_off; ++x) push({7, true, false, false});
         if (!random.one_in(12)) vsync_left_ = random.one_in(6) ? 60 : random.between(1, 15);
         if (broken_off > 0) push({7, true, false, false}, 3);
         push({});
