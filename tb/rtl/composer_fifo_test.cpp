@@ -146,13 +146,14 @@ TEST_CASE("composer fifo: in lockstep with its reference") {
     bench.run(30'000, {{"it was full", 500}, {"a pixel was released at the edge that brought it", 30}});
 }
 
+FifoWrite beat(int address, int count) {
+    FifoWrite write;
+    write.address = static_cast<std::uint32_t>(address);
+    write.count = static_cast<std::uint8_t>(count);
+    return write;
+}
+
 TEST_CASE("composer fifo: what it cannot do is reported at its edge") {
-    const auto beat = [](int address, int count) {
-        FifoWrite write;
-        write.address = static_cast<std::uint32_t>(address);
-        write.count = static_cast<std::uint8_t>(count);
-        return write;
-    };
     // Of a FIFO of 10 pixels, in 16 addresses, that holds 8.
     struct Wrong {
         const char* id;
@@ -195,6 +196,22 @@ TEST_CASE("composer fifo: what it cannot do is reported at its edge") {
         bench.run(clock + 1);
         CHECK(report.count() == before + 2);
     }
+}
+
+TEST_CASE("composer fifo: a beat that it has no room for is reported at each edge at which it stands") {
+    constexpr int kStands = 3 * rtl::Clocked::kIdleEdges;
+    const ExpectedReport report("/metabuffer/composer_fifo/full");
+    LockstepBench bench;
+    WaveformCase<ComposerFifo> fifo(bench, "fifo", fifo_of(10));
+    const std::string none(kStands + 1, '.'), any(kStands + 1, '?');
+    fifo.drive("8" + std::string(kStands, 'x'), &ComposerFifo::write_i,
+               {{'8', beat(0, 8)}, {'x', beat(8, 3)}});
+    fifo.drive(none, &ComposerFifo::read_i);
+    fifo.drive(none, &ComposerFifo::release_i);
+    fifo.check(any, &ComposerFifo::word_o);
+    fifo.check(any, &ComposerFifo::free_o);
+    fifo.run();
+    CHECK(report.count() == 2 * kStands);  // there are two
 }
 
 }  // namespace
