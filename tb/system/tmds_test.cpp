@@ -559,11 +559,14 @@ TEST_CASE("fault tmds_noise: whole pairs are shown, wrong pixels and rejections 
         noise.seed = seed + static_cast<std::uint64_t>(i);
         noise.from_cycle = 800;
         noise.cycles = 2 * kPairClocks;
+        Fault other_link = noise;  // does not begin before the end
+        other_link.renderer = 0;
+        other_link.from_cycle = 1'000'000'000;
         Scenario scenario = two_links(i < 6 ? Pacing::kLockstep : Pacing::kFreeRunning);
         scenario.frames = 8;
         if (i % 3 == 0) scenario.depth_format = DepthFormat::kZ24;
-        runs.push_back(
-            std::make_unique<MachineRun>("noise_" + std::to_string(i), with_faults(scenario, {noise})));
+        runs.push_back(std::make_unique<MachineRun>("noise_" + std::to_string(i),
+                                                    with_faults(scenario, {noise, other_link})));
     }
     REQUIRE(run_to_end(runs));
     std::int64_t rejections = 0;
