@@ -112,6 +112,20 @@ TEST_CASE("buffer time: a pixel sampled in the clock of its use starves and is l
     }
 }
 
+TEST_CASE("buffer time: levels are told before and after each run of beats") {
+    ColumnTime column(1, kWidth * kHeight, false);
+    const ViewportRow row = segment_row({8, 2});
+    BufferTime buffer(config_of(32, 2), column);
+    using Levels = std::vector<std::pair<std::int64_t, int>>;
+    Levels levels;
+    buffer.on_level([&levels](std::int64_t cycle, int held) { levels.emplace_back(cycle, held); });
+    buffer.begin_frame(0, &row, 10, 10);
+    buffer.add({0, 4, 11}, 11);  // sampled in clocks 12 to 15
+    buffer.add({4, 8, 30}, 30);
+    buffer.finish(100, 0);
+    CHECK(levels == Levels{{11, 0}, {15, 4}, {30, 4}, {38, 12}});
+}
+
 TEST_CASE("buffer time: levels fall to zero after a frame, though the next one's table has come") {
     ColumnTime column(1, kWidth * kHeight, false);
     const ViewportRow row = segment_row({8, 2});
