@@ -173,3 +173,21 @@ TEST_CASE("contributions are the pair's image and the valid rows", "[functional]
     CHECK(contributions[2].image == &scenario.renderers[2].images[0]->pixels());  // the last entry repeats
     CHECK(contributions[2].rows == ViewportTable{other});
 }
+
+TEST_CASE("contributions are those of the newest pair that carries the number", "[functional][pairs]") {
+    Scenario scenario = test::small_scenario(4, 4);
+    Renderer renderer = test::renderer_of({PixelImage(4, 4, Pixel(1)), PixelImage(4, 4, Pixel(2)),
+                                           PixelImage(4, 4, Pixel(3)), PixelImage(4, 4, Pixel(4))});
+    const std::vector<std::uint32_t> numbers{5, 9, 5, 7};
+    for (std::size_t pair = 0; pair < numbers.size(); ++pair) {
+        renderer.frames[pair].controls = SentControls{{}, {}, numbers[pair], {}, {}};
+    }
+    scenario.renderers = {renderer};
+    const auto shown = [&scenario](int number) {
+        return contributions_of(scenario, {number})[0].image->at(0, 0);
+    };
+    CHECK(shown(9) == Pixel(2));
+    CHECK(shown(5) == Pixel(3));
+    CHECK(shown(7) == Pixel(4));
+    CHECK(shown(1) == Pixel(2));  // no pair carries it
+}

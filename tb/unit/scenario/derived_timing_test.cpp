@@ -150,6 +150,10 @@ TEST_CASE("derived timing: beats, what is in flight, and what can come between t
     CHECK(pixels(512, 4) == 4);
     CHECK(pixels(512, 1) == 1);
     CHECK(cycles_per_beat(bus) == 1);
+    CHECK(idle_bus_bits(32, 1) == 0);
+    CHECK(idle_bus_bits(128, 4) == 0);
+    CHECK(idle_bus_bits(512, 1) == 7 * 64);
+    CHECK(idle_bus_bits(512, 3) == 5 * 64);
     Scenario scenario;
     scenario.memory.words_per_cycle = 2;
     scenario.bus.width_bits = 128;
