@@ -119,7 +119,9 @@ class Judge:
         mutant.met = "quick"
 
     def try_rest(self, mutant: Mutant) -> None:
-        self.try_tests(mutant, lambda test: not test.quick())
+        # Not those that take long: in a run that goes on, other tests may be the quick ones.
+        ran = set(mutant.ran)
+        self.try_tests(mutant, lambda test: test.name not in ran)
         mutant.met = "all"
 
     def try_judges(self, mutant: Mutant) -> None:
@@ -146,6 +148,7 @@ class Judge:
         for test in sorted(filter(wanted, tests), key=order):
             limit = self.options.timeout + 10 * test.seconds
             ended = self.run(test, mutant.number, limit)
+            mutant.ran.append(test.name)
             # A test that depends on wall time may fail on a busy machine. It kills only if it fails twice.
             if ended == "passed" or (test.kind not in STEADY and self.run(test, mutant.number, limit) == "passed"):
                 continue

@@ -119,9 +119,10 @@ class Mutant:
         self.killed = False
         self.kind = ""  # the kind of the test that killed it
         self.tests: list[str] = []
+        self.ran: list[str] = []  # every test that has run on it
         self.killers: dict[str, str] = {}  # the test of each judge that killed it
         self.reached_by = 0
-        self.met = ""  # the tests that have run on it: empty (none), quick or all
+        self.met = ""  # the tests that have run on it: empty (none), quick, all or judges
 
     @property
     def file(self) -> str:

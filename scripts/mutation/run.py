@@ -60,7 +60,8 @@ def take_over_verdicts(tree: Tree) -> None:
             mutant.killed = noted["verdict"] == "killed"
             mutant.kind, mutant.tests = noted["kind"], noted["tests"]
             mutant.met, mutant.reached_by = noted["met"], noted["reached_by_tests"]
-            mutant.killers = noted.get("killers", {})  # results of an older script have none
+            mutant.killers = noted.get("killers", {})  # results of an older script have neither
+            mutant.ran = noted.get("ran", [])
 
 
 def taking_part(tree: Tree) -> list[Mutant]:

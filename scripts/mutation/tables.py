@@ -108,6 +108,6 @@ def results(tree: Tree, mutants: Iterable[Mutant], seconds: float) -> dict:
                 "number": mutant.number, "file": mutant.file, "line": tree.copies[mutant.file].line_of(mutant),
                 "operator": mutant.operator, "original": mutant.key.original, "replacement": mutant.key.replacement,
                 "occurrence": mutant.key.occurrence, "seeds": mutant.seeds, "verdict": mutant.verdict,
-                "tests": mutant.tests, "killers": mutant.killers, "met": mutant.met,
+                "tests": mutant.tests, "killers": mutant.killers, "met": mutant.met, "ran": mutant.ran,
                 "kind": mutant.kind, "reached_by_tests": mutant.reached_by,
                 "reason": mutant.reason or mutant.discarded} for mutant in mutants]}
