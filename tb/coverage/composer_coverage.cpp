@@ -250,11 +250,11 @@ void ComposerCoverage::cover_beat(std::int64_t late) {
 /// The beat shows, by its frame and index, that a frame's start or a table row has not come.
 void ComposerCoverage::cover_lost_table(std::int64_t frames_missed) {
     using Lost = LostTableGoals::Lost;
-    using ToldBy = LostTableGoals::ToldBy;
-    const ToldBy told_by = bus_.kind == rtl::BusBeat::Kind::kFrameStart ? ToldBy::kStart
-                           : bus_.kind == rtl::BusBeat::Kind::kTableRow ? ToldBy::kRow
-                                                                        : ToldBy::kPixels;
-    goals_.lost_table.bins(frames_missed > 0 ? Lost::kStart : Lost::kRows, told_by).hit();
+    using ShownBy = LostTableGoals::ShownBy;
+    const ShownBy shown_by = bus_.kind == rtl::BusBeat::Kind::kFrameStart ? ShownBy::kStart
+                             : bus_.kind == rtl::BusBeat::Kind::kTableRow ? ShownBy::kRow
+                                                                          : ShownBy::kPixels;
+    goals_.lost_table.bins(frames_missed > 0 ? Lost::kStart : Lost::kRows, shown_by).hit();
     goals_.lost_table.several_frames.hit_if(frames_missed > 1);
 }
 

@@ -152,15 +152,14 @@ struct PrefetchGoals : CoverGroup {
 
 struct LostTableGoals : CoverGroup {
     explicit LostTableGoals(Coverage& coverage)
-        : CoverGroup(coverage,
-                     {"faults/lost-table", "what of a table is lost first, and what tells the composer"}) {}
+        : CoverGroup(coverage, {"faults/lost-table", "what of a table is lost first, and what shows it"}) {}
     enum class Lost : std::uint8_t { kStart, kRows };
-    enum class ToldBy : std::uint8_t { kRow, kPixels, kStart };
-    Cross<Lost, ToldBy> bins{*this,
-                             {{Lost::kStart, "start"}, {Lost::kRows, "rows"}},
-                             {{ToldBy::kRow, "told by a row"},
-                              {ToldBy::kPixels, "told by pixels"},
-                              {ToldBy::kStart, "told by the next frame's start"}}};
+    enum class ShownBy : std::uint8_t { kRow, kPixels, kStart };
+    Cross<Lost, ShownBy> bins{*this,
+                              {{Lost::kStart, "start"}, {Lost::kRows, "rows"}},
+                              {{ShownBy::kRow, "shown by a row"},
+                               {ShownBy::kPixels, "shown by pixels"},
+                               {ShownBy::kStart, "shown by the next frame's start"}}};
     Bin several_frames = bin("several frames");
 };
 
