@@ -2,8 +2,12 @@
 (() => {
     "use strict";
     const {build, kindOf, inOrder, formatValue, isNumber, isThere} = metabufferCharts;
-    const {element, shellWord, inflatedText, busesOf, saveButton, copyButton} = metabufferElements;
-    const data = JSON.parse(document.getElementById("data").textContent);
+    const {element} = metabufferElements;
+    const {data, severalSources, searchKey, points, simulations, entities, axisFields, figureFields, smallestField,
+           lookedField, statusField, figureNamed, rateField, starvedField, valuesOf, isVaried, hasValues, figureOf,
+           isWhole, shownValue, variedAxes, representative, ownAxes, isDrawable, offeredFigures, titleOf, nameOf,
+           settingsOf} = metabufferResults;
+    const {pairs, reportPart, picturesPart, commandPart} = metabufferPoint;
     const byId = id => document.getElementById(id);
 
     const mostRowsAtOnce = 200;     // of the table, until the reader asks for more
@@ -15,104 +19,6 @@
     const mostFilterValues = 60;
 
     const counted = (count, thing) => `${formatValue(count)} ${thing}${count === 1 ? "" : "s"}`;
-
-    // ---------------------------------------------------------------------------------------------- points and fields
-
-    const severalSources = data.sources.length > 1;
-    const sourceNames = data.sources.map((source, n) => {
-        const name = source.name || source.file;
-        const isUnique = data.sources.every((other, m) => m === n || (other.name || other.file) !== name);
-        return isUnique ? name : `${name} (${source.file}${data.sources.every((other, m) => m === n ||
-            other.file !== source.file) ? "" : ", " + (n + 1)})`;
-    });
-    const searchKeys = [...new Set(data.sources.map(source => source.search_key).filter(isThere))];
-    const searchKey = searchKeys.join(" or ");
-    const figureAt = new Map(data.figures.map((figure, n) => [figure.name, n]));
-
-    const points = data.points.map(([source, id, run, status, reason, smallest, monotonic, runs, note, axes, figures], n) =>
-        ({index: n, isPoint: true, source, id, run, status, reason, smallest, monotonic, runs, note, axes, figures}));
-    const simulations = data.simulations.map(([source, run, status, reason, looked, axes, figures], n) =>
-        ({index: points.length + n, isPoint: false, source, id: run, run, status, reason, looked, axes, figures}));
-    const entities = [...points, ...simulations];
-
-    /// The names of scenario files without folder and ending, by file; empty unless all names differ.
-    function shortNames(n) {
-        const texts = [...new Set(points.map(item => item.axes[n]).filter(value => typeof value === "string"))];
-        const names = new Map(texts.map(text => [text, text.replace(/^.*\/(?=[^/]+$)|\.ya?ml$/g, "")]));
-        return new Set(names.values()).size === texts.length ? names : new Map();
-    }
-    const axisFields = data.axes.map((key, n) => {
-        const names = key === "scenario" ? shortNames(n) : new Map();
-        return {key: "axis:" + key, name: key, title: key,
-                get: item => names.has(item.axes[n]) ? names.get(item.axes[n]) : item.axes[n]};
-    });
-    if (severalSources) {
-        axisFields.unshift({key: "results", name: "results", title: "results", get: item => sourceNames[item.source]});
-    }
-    const figureFields = data.figures.map((figure, n) => ({
-        key: "figure:" + figure.name, name: figure.name, title: figure.title, meaning: figure.meaning, unit: figure.unit,
-        percent: figure.percent, get: item => item.figures[n]}));
-    const smallestField = searchKey ? {key: "smallest", name: "smallest", title: "smallest " + searchKey,
-                                       get: item => item.smallest} : null;
-    const lookedField = searchKey ? {key: "looked", name: searchKey, title: searchKey, get: item => item.looked} : null;
-    const statusField = {key: "status", name: "status", title: "status", get: item => item.status};
-    const figureNamed = name => figureFields.find(field => field.name === name);
-    const rateField = figureNamed("frames_per_second");
-    const starvedField = figureNamed("starved_pixels");
-
-    const valuesOf = (field, items) => inOrder(items.map(field.get));
-    const isVaried = (field, items) => {
-        let first;
-        for (const item of items) {
-            const value = field.get(item);
-            if (!isThere(value)) continue;
-            if (first === undefined) first = value;
-            else if (value !== first) return true;
-        }
-        return false;
-    };
-    const hasValues = (field, items) => items.some(item => isThere(field.get(item)));
-    const figureOf = (item, name) => figureAt.has(name) ? item.figures[figureAt.get(name)] : null;
-    const isWhole = item => figureOf(item, "whole") !== 0;
-    const shownValue = (field, value) => field.percent && isNumber(value) ? vega.format(".1~%")(value) : formatValue(value);
-
-    const variedAxes = axisFields.filter(field => isVaried(field, points));
-    /// The first of the axes that vary together with an axis: the value of each determines that of the other.
-    const representative = new Map();
-    for (const field of variedAxes) {
-        const pairsWith = other => {
-            const forth = new Map(), back = new Map();
-            return points.every(item => {
-                const [a, b] = [field.get(item), other.get(item)];
-                if (!forth.has(a)) forth.set(a, b);
-                if (!back.has(b)) back.set(b, a);
-                return forth.get(a) === b && back.get(b) === a;
-            });
-        };
-        const twin = variedAxes.slice(0, variedAxes.indexOf(field)).find(other =>
-            representative.get(other) === other && pairsWith(other));
-        representative.set(field, twin || field);
-    }
-    const ownAxes = variedAxes.filter(field => representative.get(field) === field);
-    // Charts draw only numbers; the tables also have the figures that are words.
-    const isDrawable = (field, items) => hasValues(field, items) &&
-        items.every(item => typeof field.get(item) !== "string");
-    const offeredFigures = (smallestField ? [smallestField] : []).concat(
-        figureFields.filter(field => isDrawable(field, points)));
-
-    function titleOf(item) {
-        const what = item.isPoint ? `Point ${item.id}` : `Simulation ${item.id}`;
-        return severalSources ? `${what} of ${sourceNames[item.source]}` : what;
-    }
-    /// A short name for a chart: the values of the settings that differ between points.
-    const nameOf = item => [...variedAxes.map(field => field.get(item)), ...(smallestField && !item.isPoint ? [item.looked] : [])]
-        .filter(isThere).map(formatValue).join(", ");
-    function settingsOf(item) {
-        const settings = data.axes.map((key, n) => [key, item.axes[n]]).filter(([, value]) => isThere(value));
-        const key = data.sources[item.source].search_key;
-        if (key && !item.isPoint) settings.push([key, item.looked]);
-        return settings;
-    }
 
     // --------------------------------------------------------------------------------------------------------- filters
 
@@ -582,99 +488,6 @@
 
     const panel = byId("panel");
     let opened = null;
-
-    /// A value as --set reads it. A text that YAML might not read as a text is quoted; lists and maps are not.
-    function yamlValue(value) {
-        if (isNumber(value)) return String(value);
-        const isCollection = /^[[{]/.test(value);
-        const isPlain = /^[A-Za-z_./][\w./+ -]*$/.test(value) && !/ $/.test(value);
-        return isCollection || isPlain ? value : "'" + value.replace(/'/g, "''") + "'";
-    }
-
-    /// Joins the path of a folder and the path of a file in it, which is relative to the folder or absolute.
-    function joinedPath(folder, file) {
-        if (!folder || file.startsWith("/")) return file;
-        const parts = [];
-        for (const part of `${folder}/${file}`.split("/")) {
-            const isUp = part === ".." && parts.length && parts[parts.length - 1] !== ".." && parts[parts.length - 1];
-            if (isUp) parts.pop();
-            else if (part !== "." && (part || !parts.length)) parts.push(part);
-        }
-        return parts.join("/");
-    }
-
-    /// The command that runs a point by hand, with pictures.
-    function commandOf(item) {
-        const source = data.sources[item.source];
-        let scenario = source.scenario || "SCENARIO";
-        const settings = [...(source.fixed || [])];
-        data.axes.forEach((key, n) => {
-            if (!isThere(item.axes[n])) return;
-            if (key === "scenario") scenario = joinedPath(source.base, String(item.axes[n]));
-            else settings.push([key, item.axes[n]]);
-        });
-        const found = item.isPoint ? item.smallest : item.looked;
-        if (source.search_key && isThere(found)) settings.push([source.search_key, found]);
-        return ["metabuffer run " + shellWord(scenario),
-                ...(source.level === "tlm" ? [] : [`    --level ${source.level}`]),
-                ...settings.map(([key, value]) => "    --set " + shellWord(`${key}=${yamlValue(value)}`)),
-                `    --out out/${item.isPoint ? "point" : "simulation"}-${item.id}`].join(" \\\n");
-    }
-
-    function pairs(rows) {
-        return element("table", {}, element("tbody", {}, ...rows.map(([name, value, meaning]) =>
-            element("tr", {title: meaning || null}, element("th", {scope: "row"}, name),
-                    element("td", {class: "number"}, formatValue(value))))));
-    }
-
-    function reportPart(item) {
-        const embedded = data.embedded[`${item.source}:${item.run}`];
-        const box = element("div", {id: "panel-report"});
-        if (!embedded || !embedded.report) {
-            const why = !isThere(item.run) || (item.status !== "done" && item.status !== "watchdog" && !embedded)
-                ? "There is no report: no run of this point came to its end."
-                : "The report is not in this page. " + (item.isPoint ? `The page holds ${data.left_out.mebibytes} MiB of reports ` +
-                    "and pictures at most; one of fewer points (--where), or with a larger --embed-mib, has it; so has " +
-                    "the run by hand." : "The run by hand writes it.");
-            box.append(element("p", {class: "what"}, why));
-            return box;
-        }
-        box.append(element("p", {class: "what"}, "…"));
-        inflatedText(embedded.report).then(text => {
-            const pre = element("pre", {class: "report", tabindex: "0"});
-            const details = element("details", {}, element("summary", {}, "report.json, in full"), pre);
-            // The text is laid out only when the user asks for it: it may have megabytes.
-            details.addEventListener("toggle", () => { if (details.open && !pre.firstChild) pre.textContent = text; });
-            const save = saveButton("Save report.json", "report.json", text);
-            let buses = [];
-            try {
-                buses = busesOf(JSON.parse(text));
-            } catch (error) {
-                buses = [element("p", {class: "what"}, "The report is no JSON.")];
-            }
-            box.replaceChildren(...buses.filter(part => part !== null), element("h3", {}, "Report"), details,
-                                element("p", {}, save));
-        }, () => box.replaceChildren(element("p", {class: "what"}, "This browser cannot unpack the report; a newer one can.")));
-        return box;
-    }
-
-    function picturesPart(item) {
-        const embedded = data.embedded[`${item.source}:${item.run}`];
-        const pictures = embedded && embedded.pictures || [];
-        if (!pictures.length) return [];
-        return [element("h3", {}, "Pictures"), element("div", {class: "pictures"}, ...pictures.map(([display, png]) =>
-            element("figure", {}, element("img", {src: "data:image/png;base64," + png, alt: `What display ${display} shows last`}),
-                    element("figcaption", {}, `display ${display}`))))];
-    }
-
-    function commandPart(item) {
-        const command = commandOf(item);
-        const needsScenario = !data.sources[item.source].scenario && !data.axes.includes("scenario");
-        const copy = copyButton(command, () => byId("command"));
-        return [element("h3", {}, "Run by hand, with pictures"), element("pre", {id: "command"}, command),
-                needsScenario ? element("p", {class: "what"}, "SCENARIO: the scenario that the sweep was made from.") : null,
-                element("p", {}, copy)];
-    }
 
     function openPanel(item) {
         opened = item;

@@ -389,9 +389,8 @@ std::string plot_svg(const std::vector<std::filesystem::path>& results, const Pl
     const Json chart = chart_json(request, reader.identity(), RowReader(reader, request));
 
     std::string script;
-    for (const std::string_view part :
-         {embedded::vega_bundle(), embedded::charts_js(), embedded::plot_js()}) {
-        script += part;
+    for (const char* const part : {"vega_bundle.js", "scales.js", "charts.js", "plot.js"}) {
+        script += embedded_file(part);
         script += '\n';
     }
     script += "metabufferPlot(" + script_text(chart) + ");\n";

@@ -292,13 +292,16 @@ std::string report_page(const std::vector<std::filesystem::path>& files, const P
     const Json data = PageData(sources).json(options);
     const std::string title = html_text(options.title.empty() ? default_title(sources) : options.title);
     const std::string data_text = script_text(data);
-    return filled(embedded::page_html(), {{"TITLE", title},
-                                          {"STYLE", embedded::page_css()},
-                                          {"DATA", data_text},
-                                          {"VEGA", embedded::vega_bundle()},
-                                          {"CHARTS", embedded::charts_js()},
-                                          {"ELEMENTS", embedded::elements_js()},
-                                          {"PAGE", embedded::page_js()}});
+    return filled(embedded_file("page.html"), {{"TITLE", title},
+                                               {"STYLE", embedded_file("page.css")},
+                                               {"DATA", data_text},
+                                               {"VEGA", embedded_file("vega_bundle.js")},
+                                               {"SCALES", embedded_file("scales.js")},
+                                               {"CHARTS", embedded_file("charts.js")},
+                                               {"ELEMENTS", embedded_file("elements.js")},
+                                               {"PAGE_DATA", embedded_file("page_data.js")},
+                                               {"PAGE_POINT", embedded_file("page_point.js")},
+                                               {"PAGE", embedded_file("page.js")}});
 }
 
 }  // namespace metabuffer::charts

@@ -102,18 +102,19 @@ std::string run_page(const RunPage& page) {
     data["report"] = Json::parse(page.report_json);
 
     const std::string title = html_text(page.title);
-    const std::string style = std::string(embedded::page_css()) + std::string(embedded::run_page_css());
+    const std::string style =
+        std::string(embedded_file("page.css")) + std::string(embedded_file("run_page.css"));
     const std::string data_text = script_text(data);
     const std::string picture_text = picture_elements(pictures);
-    return filled(embedded::run_page_html(), {{"TITLE", title},
-                                              {"STYLE", style},
-                                              {"DATA", data_text},
-                                              {"PICTURES", picture_text},
-                                              {"ELEMENTS", embedded::elements_js()},
-                                              {"RUN_DATA", embedded::run_data_js()},
-                                              {"RUN_WALL", embedded::run_wall_js()},
-                                              {"RUN_TIME", embedded::run_time_js()},
-                                              {"RUN_PAGE", embedded::run_page_js()}});
+    return filled(embedded_file("run_page.html"), {{"TITLE", title},
+                                                   {"STYLE", style},
+                                                   {"DATA", data_text},
+                                                   {"PICTURES", picture_text},
+                                                   {"ELEMENTS", embedded_file("elements.js")},
+                                                   {"RUN_DATA", embedded_file("run_data.js")},
+                                                   {"RUN_WALL", embedded_file("run_wall.js")},
+                                                   {"RUN_TIME", embedded_file("run_time.js")},
+                                                   {"RUN_PAGE", embedded_file("run_page.js")}});
 }
 
 }  // namespace metabuffer::charts

@@ -111,12 +111,13 @@ TEST_CASE("The page's elements nest, its parts are all filled in, and it refers 
     CHECK_THAT(nesting_error(markup), Equals(""));
     CHECK_THAT(markup, Contains("<title>sample</title>"));
     CHECK_THAT(markup, Contains("<h1>sample</h1>"));
-    for (const char* part : {"@TITLE@", "@STYLE@", "@DATA@", "@VEGA@", "@CHARTS@", "@PAGE@"}) {
+    for (const char* part : {"@TITLE@", "@STYLE@", "@DATA@", "@VEGA@", "@SCALES@", "@CHARTS@", "@ELEMENTS@",
+                             "@PAGE_DATA@", "@PAGE_POINT@", "@PAGE@"}) {
         CHECK_THAT(page, !Contains(part));
     }
-    // Data, Vega, the charts, the page.
-    CHECK(count(markup, "<script") == 5);
-    CHECK(count(markup, "</script>") == 5);
+    // Data, Vega, scales and charts, what the pages share, and the three parts of the page.
+    CHECK(count(markup, "<script") == 8);
+    CHECK(count(markup, "</script>") == 8);
     const std::regex reference("\\b(src|href|action|data|poster|srcset)=\"([^\"]*)\"");
     for (std::sregex_iterator match(markup.begin(), markup.end(), reference), end; match != end; ++match) {
         INFO((*match)[0]);
