@@ -28,9 +28,7 @@ void ComposerFifo::clock_edge() {
     const FifoWrite& write = write_i.read();
     const FifoRead& read = read_i.read();
     const FifoRelease& release = release_i.read();
-    const bool changes_level = write.count > 0 || release.any();
-    if (changes_level) {
-        clocked_.stay_awake();  // each edge that breaks a rule is reported
+    if (write.count > 0 || release.any()) {
         account(write, release);
     }
     if (write.count > 0) {
@@ -43,7 +41,7 @@ void ComposerFifo::clock_edge() {
 }
 
 void ComposerFifo::put_out(const FifoRead& read, sc_core::sc_out<std::uint64_t>& word,
-                           sc_core::sc_out<std::uint64_t>* next_word) const {
+                           sc_core::sc_out<std::uint64_t>* next_word) {
     if (!read.enable) {
         return;
     }
@@ -86,7 +84,8 @@ void ComposerFifo::account(const FifoWrite& write, const FifoRelease& release) {
     free_o.write(static_cast<std::uint32_t>(capacity_ - level));
 }
 
-void ComposerFifo::refuse(const char* kind, const std::string& what) const {
+void ComposerFifo::refuse(const char* kind, const std::string& what) {
+    clocked_.stay_awake();  // each edge that breaks a rule is reported
     SC_REPORT_ERROR(
         (std::string("/metabuffer/composer_fifo/") + kind).c_str(),
         (std::string(name()) + " of " + std::to_string(capacity_) + " pixels was asked " + what).c_str());

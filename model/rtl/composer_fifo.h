@@ -52,9 +52,9 @@ class ComposerFifo final : public Block {
     void reset();
     void store(const FifoWrite& write);
     void put_out(const FifoRead& read, sc_core::sc_out<std::uint64_t>& word,
-                 sc_core::sc_out<std::uint64_t>* next_word) const;
+                 sc_core::sc_out<std::uint64_t>* next_word);
     void account(const FifoWrite& write, const FifoRelease& release);
-    void refuse(const char* kind, const std::string& what) const;
+    void refuse(const char* kind, const std::string& what);
 
     std::uint32_t capacity_;
     std::vector<std::uint64_t> storage_;

@@ -198,20 +198,25 @@ TEST_CASE("composer fifo: what it cannot do is reported at its edge") {
     }
 }
 
-TEST_CASE("composer fifo: a beat that it has no room for is reported at each edge at which it stands") {
+TEST_CASE("composer fifo: what it cannot do is reported at each edge at which it stands") {
     constexpr int kStands = 3 * rtl::Clocked::kIdleEdges;
-    const ExpectedReport report("/metabuffer/composer_fifo/full");
+    const ExpectedReport full("/metabuffer/composer_fifo/full");
+    const ExpectedReport address("/metabuffer/composer_fifo/address");
     LockstepBench bench;
     WaveformCase<ComposerFifo> fifo(bench, "fifo", fifo_of(10));
-    const std::string none(kStands + 1, '.'), any(kStands + 1, '?');
-    fifo.drive("8" + std::string(kStands, 'x'), &ComposerFifo::write_i,
-               {{'8', beat(0, 8)}, {'x', beat(8, 3)}});
-    fifo.drive(none, &ComposerFifo::read_i);
-    fifo.drive(none, &ComposerFifo::release_i);
+    const std::string stands(kStands, 'x'), none(kStands, '.'), any(2 * kStands + 1, '?');
+    FifoRead beyond;
+    beyond.enable = true;
+    beyond.address = 16;
+    fifo.drive("8" + stands + none, &ComposerFifo::write_i, {{'8', beat(0, 8)}, {'x', beat(8, 3)}});
+    fifo.drive("." + none + stands, &ComposerFifo::read_i, {{'x', beyond}});
+    fifo.drive("." + none + none, &ComposerFifo::release_i);
     fifo.check(any, &ComposerFifo::word_o);
     fifo.check(any, &ComposerFifo::free_o);
     fifo.run();
-    CHECK(report.count() == 2 * kStands);  // there are two
+    // There are two.
+    CHECK(full.count() == 2 * kStands);
+    CHECK(address.count() == 2 * kStands);
 }
 
 }  // namespace
