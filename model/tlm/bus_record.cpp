@@ -1,40 +1,25 @@
 #include "tlm/bus_record.h"
 
 #include <algorithm>
-#include <array>
+#include <utility>
 
 #include "report/waits.h"
 
 namespace metabuffer::tlm {
 namespace {
 
-struct UseRow {
-    std::int64_t BusCounters::*clocks;
-    std::string (*waits)();
-};
-
-/// By BusRecord::Use.
-constexpr std::array<UseRow, 7> kUses = {{{&BusCounters::table_cycles, nullptr},
-                                          {&BusCounters::busy_cycles, nullptr},
-                                          {&BusCounters::page_miss_cycles, waits::for_memory_page},
-                                          {&BusCounters::refresh_cycles, waits::for_memory_refresh},
-                                          {&BusCounters::write_cycles, waits::for_memory_write},
-                                          {&BusCounters::grant_cycles, nullptr},
-                                          {&BusCounters::lost_cycles, waits::for_lost_slot}}};
-
-const UseRow& row_of(BusRecord::Use use) { return kUses[static_cast<std::size_t>(use)]; }
+std::int64_t cycles_through(const CycleSpan& span, std::int64_t cycle) {
+    return std::clamp<std::int64_t>(cycle + 1 - span.first, 0, span.cycles());
+}
 
 }  // namespace
 
-std::int64_t BusRecord::Span::cycles_through(std::int64_t cycle) const {
-    return std::clamp<std::int64_t>(cycle + 1 - cycles.first, 0, std::max<std::int64_t>(0, cycles.cycles()));
-}
-
-void BusRecord::add(Use use, CycleSpan cycles, int amount) {
-    counters_.*row_of(use).clocks += cycles.cycles();
-    if (use == Use::kBeats) counters_.pixels_sent += amount;
-    if (use == Use::kPageMiss) counters_.page_misses += amount;
-    newest_.push_back({use, cycles, amount});
+void BusRecord::add(const BusSpan& span) {
+    counters_.*row_of(kBusUseTable, span.use).counter += span.cycles.cycles();
+    counters_.pixels_sent += span.pixels;
+    counters_.page_misses += span.page_misses;
+    newest_.push_back(span);
+    if (observer_ != nullptr && span.cycles.cycles() > 0) observer_->bus(renderer_, span);
 }
 
 void BusRecord::add_burst(std::int64_t cycle, int recovered_slots) {
@@ -44,21 +29,24 @@ void BusRecord::add_burst(std::int64_t cycle, int recovered_slots) {
 }
 
 void BusRecord::begin_poll(std::int64_t cycle) {
+    if (!polls_) poll_began_ = cycle;
     polls_ = true;
-    poll_began_ = cycle;
 }
 
 void BusRecord::end_poll(std::int64_t cycle) {
-    polls_ = false;
-    counters_.poll_cycles += cycle - poll_began_;
+    if (!std::exchange(polls_, false)) return;
+    counters_.poll_cycles += cycle - poll_began_;  // it lies in the past
+    if (observer_ != nullptr && cycle > poll_began_) {
+        observer_->bus(renderer_, {BusUse::kPoll, {poll_began_, cycle - 1}});
+    }
 }
 
 std::int64_t BusRecord::pixels_behind(std::int64_t cycle) const {
     std::int64_t pixels = 0;
-    for (const Span& span : newest_) {
-        if (span.use != Use::kBeats) continue;
-        const std::int64_t beats = (span.cycles_through(cycle) + cycles_per_beat_ - 1) / cycles_per_beat_;
-        pixels += span.amount - std::min<std::int64_t>(span.amount, beats * pixels_per_beat_);
+    for (const BusSpan& span : newest_) {
+        const std::int64_t beats =
+            (cycles_through(span.cycles, cycle) + cycles_per_beat_ - 1) / cycles_per_beat_;
+        pixels += span.pixels - std::min<std::int64_t>(span.pixels, beats * pixels_per_beat_);
     }
     return pixels;
 }
@@ -70,9 +58,10 @@ BusCounters BusRecord::counters(std::int64_t through_cycle) const {
         --bus.bursts;
         bus.recovered_slots -= newest_burst_.recovered_slots;
     }
-    for (const Span& span : newest_) {
-        bus.*row_of(span.use).clocks -= span.cycles.cycles() - span.cycles_through(through_cycle);
-        if (span.use == Use::kPageMiss && through_cycle < span.cycles.first) bus.page_misses -= span.amount;
+    for (const BusSpan& span : newest_) {
+        bus.*row_of(kBusUseTable, span.use).counter -=
+            span.cycles.cycles() - cycles_through(span.cycles, through_cycle);
+        if (through_cycle < span.cycles.first) bus.page_misses -= span.page_misses;
     }
     bus.pixels_sent -= pixels_behind(through_cycle);
     bus.idle_cycles = through_cycle + 1 - bus.wanted_cycles();
@@ -80,10 +69,13 @@ BusCounters BusRecord::counters(std::int64_t through_cycle) const {
 }
 
 std::optional<std::string> BusRecord::waiting_for(std::int64_t cycle) const {
-    for (const Span& span : newest_) {
+    for (const BusSpan& span : newest_) {
         if (cycle < span.cycles.first || cycle >= span.cycles.last) continue;
-        if (span.use == Use::kTable) return std::string();
-        if (row_of(span.use).waits != nullptr) return row_of(span.use).waits();
+        if (span.use == BusUse::kTable) return std::string();
+        if (span.use == BusUse::kPageMiss) return waits::for_memory_page();
+        if (span.use == BusUse::kRefresh) return waits::for_memory_refresh();
+        if (span.use == BusUse::kWrite) return waits::for_memory_write();
+        if (span.use == BusUse::kLost) return waits::for_lost_slot();
     }
     return std::nullopt;
 }

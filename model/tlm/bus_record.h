@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "report/cycle_span.h"
 #include "report/report.h"
+#include "tlm/schedule_observer.h"
 
 namespace metabuffer::tlm {
 
@@ -14,19 +14,21 @@ namespace metabuffer::tlm {
 /// present clock. So a count up to a clock leaves out what the newest decision has behind it.
 class BusRecord {
   public:
-    enum class Use : std::uint8_t { kTable, kBeats, kPageMiss, kRefresh, kWrite, kGrant, kLost };
-
-    BusRecord(int pixels_per_beat, int cycles_per_beat)
-        : pixels_per_beat_(pixels_per_beat), cycles_per_beat_(cycles_per_beat) {}
+    /// renderer: from 1. observer: is called with each span that has a clock; may be null.
+    BusRecord(int renderer, int pixels_per_beat, int cycles_per_beat, ScheduleObserver* observer)
+        : renderer_(renderer),
+          pixels_per_beat_(pixels_per_beat),
+          cycles_per_beat_(cycles_per_beat),
+          observer_(observer) {}
 
     /// What was decided before lies in the past.
     void begin_decision() { newest_.clear(); }
-    /// amount: of kBeats the pixels; of kPageMiss the pages that it opens, 0 or 1.
-    void add(Use use, CycleSpan cycles, int amount = 0);
+    void add(const BusSpan& span);
     /// The arbiter's answer comes in that clock.
     void add_burst(std::int64_t cycle, int recovered_slots);
-    /// There is something to send, but no composer can receive it.
+    /// From that clock on there is something to send, but no composer can receive it. It may have begun earlier.
     void begin_poll(std::int64_t cycle);
+    /// Ends the poll before that clock, if there is one.
     void end_poll(std::int64_t cycle);
     bool polls() const { return polls_; }
     std::int64_t poll_began() const { return poll_began_; }
@@ -40,17 +42,12 @@ class BusRecord {
     std::optional<std::string> waiting_for(std::int64_t cycle) const;
 
   private:
-    struct Span {
-        Use use = Use::kTable;
-        CycleSpan cycles;
-        int amount = 0;
-        std::int64_t cycles_through(std::int64_t cycle) const;
-    };
-
+    int renderer_;
     int pixels_per_beat_;
     int cycles_per_beat_;
+    ScheduleObserver* observer_;
     BusCounters counters_;
-    std::vector<Span> newest_;
+    std::vector<BusSpan> newest_;
     struct Burst {
         std::int64_t cycle = 0;
         int recovered_slots = 0;

@@ -40,7 +40,7 @@ InputFramebuffer::InputFramebuffer(const sc_core::sc_module_name& name, const Sc
       next_cycle_(settings_.first_cycle),
       policy_(make_policy(scenario.bus.arbitration)),
       counted_from_(static_cast<std::size_t>(scenario.displays.count())),
-      record_(pixels_per_beat_, cycles_per_beat_) {
+      record_(settings_.renderer + 1, pixels_per_beat_, cycles_per_beat_, settings_.observer) {
     banks_.reset(settings_.first_link_edge - 1);
     link_socket.register_b_transport(this, &InputFramebuffer::take_frame);
     bus_socket.register_nb_transport_bw(this, &InputFramebuffer::take_notice);
@@ -273,14 +273,11 @@ BusTransfer& InputFramebuffer::transfer(int display) {
 }
 
 void InputFramebuffer::send_table(std::int64_t cycle) {
-    stop_polling(cycle);
+    record_.end_poll(cycle);
     table_counted_from_ = cycle + kAnswerClocks + loop_cycles_;
     const auto row_count = static_cast<std::int64_t>(rows_.size());
     const std::int64_t last_beat = cycle + row_count * cycles_per_table_row_;
-    record_.add(BusRecord::Use::kTable, {cycle, last_beat});
-    if (settings_.observer != nullptr) {
-        settings_.observer->table(settings_.renderer + 1, frames_started_ - 1, {cycle, last_beat});
-    }
+    record_.add({BusUse::kTable, {cycle, last_beat}, frames_started_ - 1});
     state_ = State::kSend;
     next_cycle_ = last_beat + 1;
     if (pixels_left_ > 0 && slot_table_cycle_ > next_cycle_)
@@ -318,7 +315,7 @@ void InputFramebuffer::arbitrate(std::int64_t cycle) {
     const BusGrant grant = policy_->pick(requests_);
     switch (grant.kind) {
         case BusGrant::Kind::kPoll:
-            if (!record_.polls()) record_.begin_poll(cycle);
+            record_.begin_poll(cycle);
             next_cycle_ = kUnknownCycle;
             for (const Row& row : rows_) {
                 if (row.sent < row.pixels) {
@@ -331,12 +328,11 @@ void InputFramebuffer::arbitrate(std::int64_t cycle) {
             wait_for_arbiter(scenario_.bus.grant_cycles);
             const CycleSpan lost{next_cycle_, next_cycle_ + lost_slot_cycles_ - 1};
             next_cycle_ = lost.last + 1;
-            record_.add(BusRecord::Use::kLost, lost);
-            if (settings_.observer != nullptr) settings_.observer->lost_slot(settings_.renderer + 1, lost);
+            record_.add({BusUse::kLost, lost});
             return;
         }
         case BusGrant::Kind::kBurst:
-            stop_polling(cycle);
+            record_.end_poll(cycle);
             next_cycle_ = cycle;
             wait_for_arbiter(scenario_.bus.grant_cycles);
             record_.add_burst(next_cycle_, grant.recovered_slots);
@@ -352,21 +348,8 @@ void InputFramebuffer::arbitrate(std::int64_t cycle) {
 
 /// Lets clocks pass from next_cycle_ on.
 void InputFramebuffer::wait_for_arbiter(std::int64_t clocks) {
-    if (clocks == 0) {
-        return;
-    }
-    const CycleSpan span{next_cycle_, next_cycle_ + clocks - 1};
-    record_.add(BusRecord::Use::kGrant, span);
-    if (settings_.observer != nullptr) settings_.observer->arbitration(settings_.renderer + 1, span);
-    next_cycle_ = span.last + 1;
-}
-
-void InputFramebuffer::stop_polling(std::int64_t cycle) {
-    if (!record_.polls()) return;
-    record_.end_poll(cycle);
-    if (settings_.observer != nullptr && cycle > record_.poll_began()) {
-        settings_.observer->poll(settings_.renderer + 1, {record_.poll_began(), cycle - 1});
-    }
+    record_.add({BusUse::kGrant, {next_cycle_, next_cycle_ + clocks - 1}});
+    next_cycle_ += clocks;
 }
 
 void InputFramebuffer::start_burst(int row, int recovered_slots) {
@@ -486,31 +469,14 @@ void InputFramebuffer::break_off_opening(std::int64_t cycle) {
 
 /// Lets the first `clocks` clocks of a wait pass.
 void InputFramebuffer::wait_for_memory(const MemoryAccess& access, std::int64_t clocks) {
-    static constexpr std::array<BusRecord::Use, 3> kUses = {
-        BusRecord::Use::kPageMiss, BusRecord::Use::kRefresh, BusRecord::Use::kWrite};  // by Wait
-    if (!access.page_miss && clocks == 0) return;
-    const CycleSpan span{at_cycle_, at_cycle_ + clocks - 1};
-    record_.add(kUses[static_cast<std::size_t>(access.wait)], span, access.page_miss ? 1 : 0);
-    if (settings_.observer != nullptr && clocks > 0) {
-        report_wait(access.wait, span);
-    }
-    at_cycle_ += clocks;
-}
-
-void InputFramebuffer::report_wait(MemoryAccess::Wait wait, CycleSpan span) const {
-    ScheduleObserver& observer = *settings_.observer;
+    static constexpr std::array kUses{BusUse::kPageMiss, BusUse::kRefresh, BusUse::kWrite};  // by Wait
     const Row& row = rows_[static_cast<std::size_t>(burst_row_)];
-    switch (wait) {
-        case MemoryAccess::Wait::kOpening:
-            observer.page_miss(settings_.renderer + 1, row.segment.row().dcomp, row.address, span);
-            break;
-        case MemoryAccess::Wait::kRefresh:
-            observer.refresh(settings_.renderer + 1, span);
-            break;
-        case MemoryAccess::Wait::kWrite:
-            observer.memory_write(settings_.renderer + 1, span);
-            break;
-    }
+    BusSpan span{kUses[static_cast<std::size_t>(access.wait)], {at_cycle_, at_cycle_ + clocks - 1}};
+    span.display = row.segment.row().dcomp;
+    span.word_address = row.address;
+    span.page_misses = access.page_miss ? 1 : 0;
+    record_.add(span);
+    at_cycle_ += clocks;
 }
 
 /// Of `pixels` pixels sent from at_cycle_ on, those whose beats begin before a clock.
@@ -558,11 +524,8 @@ void InputFramebuffer::send_beats(int pixels) {
                                  burst_left_ - sent});
         }
     }
-    record_.add(BusRecord::Use::kBeats, span, taken);
-    if (settings_.observer != nullptr) {
-        settings_.observer->beats(settings_.renderer + 1, row.segment.row().dcomp, frames_started_ - 1,
-                                  row.sent, taken, std::exchange(recovered_slots_, 0), span);
-    }
+    record_.add({BusUse::kBusy, span, frames_started_ - 1, row.segment.row().dcomp, row.sent, taken,
+                 std::exchange(recovered_slots_, 0)});
     advance(row, taken);
     pixels_left_ -= taken;
     burst_left_ -= taken;

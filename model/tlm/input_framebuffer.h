@@ -114,7 +114,6 @@ class InputFramebuffer final : public sc_core::sc_module, public Decider {
     void access_memory(const Row& row);
     void break_off_opening(std::int64_t cycle);
     void wait_for_memory(const MemoryAccess& access, std::int64_t clocks);
-    void report_wait(MemoryAccess::Wait wait, CycleSpan span) const;
     int pixels_before(std::int64_t cycle, int pixels) const;
     void send_beats(int pixels);
     std::int64_t judge_beats();
@@ -125,7 +124,6 @@ class InputFramebuffer final : public sc_core::sc_module, public Decider {
     ::tlm::tlm_sync_enum take_notice(::tlm::tlm_generic_payload& payload, ::tlm::tlm_phase& phase,
                                      sc_core::sc_time& delay);
     void wait_for_arbiter(std::int64_t clocks);
-    void stop_polling(std::int64_t cycle);
     void advance(Row& row, int pixels) const;
 
     // ---- shared ports ----

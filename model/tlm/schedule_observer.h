@@ -5,6 +5,7 @@
 
 #include "datapath/link/reject_cause.h"
 #include "formats/control_scanline.h"
+#include "report/bus_use.h"
 #include "report/cycle_span.h"
 #include "report/report.h"
 
@@ -19,8 +20,22 @@ struct LinkFrameSeen {
     std::optional<RejectCause> cause = std::nullopt;  ///< why it was rejected; none: it was ignored
 };
 
-/// Listens to what the transaction-level machine does with its time. Renderers and displays count from 1,
-/// frames from 0; every span is in core clocks. Calls come in the order in which things are decided: one bus's
+/// Clocks that a bus spends in one way.
+struct BusSpan {
+    BusUse use = BusUse::kPoll;
+    CycleSpan cycles;
+    int frame = 0;                 ///< of a table and of beats
+    int display = 0;               ///< of beats and of a page miss: whose composer's
+    std::int64_t first_pixel = 0;  ///< of beats: index in the segment
+    /// Of beats, which follow each other on an open page. A burst with page misses in it comes in several parts.
+    int pixels = 0;
+    int recovered_slots = 0;        ///< of a burst, with its first beats
+    std::int64_t word_address = 0;  ///< of a page miss
+    int page_misses = 0;            ///< 1: the opening of a page begins
+};
+
+/// Listens to what the transaction-level machine does with its time. Renderers and displays count from 1, frames from 0;
+/// every span is in core clocks and has at least one. Calls come in the order in which things are decided: one bus's
 /// spans are in order of time, but those of different buses are not, since a bus may run ahead of the others.
 class ScheduleObserver {
   public:
@@ -29,24 +44,7 @@ class ScheduleObserver {
     ScheduleObserver& operator=(const ScheduleObserver&) = delete;
     virtual ~ScheduleObserver() = default;
 
-    /// A frame's table on the bus, from its frame-start beat on.
-    virtual void table(int renderer, int frame, CycleSpan span) = 0;
-    /// Beats of one burst that follow each other on an open page. A burst with page misses in it comes in several
-    /// parts; `recovered_slots` is given with the first part (0 with the others).
-    virtual void beats(int renderer, int display, int frame, std::int64_t first_pixel, int pixels,
-                       int recovered_slots, CycleSpan span) = 0;
-    /// The bus waits for its memory to open a page.
-    virtual void page_miss(int renderer, int display, std::int64_t word_address, CycleSpan span) = 0;
-    /// A burst waits for its memory's refresh to end.
-    virtual void refresh(int renderer, CycleSpan span) = 0;
-    /// A burst waits for the link's words to be written to its memory.
-    virtual void memory_write(int renderer, CycleSpan span) = 0;
-    /// There is something to send, but no composer can receive it.
-    virtual void poll(int renderer, CycleSpan span) = 0;
-    /// The bus waits for its arbiter's answer, or for the slot table.
-    virtual void arbitration(int renderer, CycleSpan span) = 0;
-    /// A slot whose composer could not use it (slot allocation).
-    virtual void lost_slot(int renderer, CycleSpan span) = 0;
+    virtual void bus(int renderer, const BusSpan& span) = 0;
     /// The pixels that a composer's buffer holds at the end of a clock; called where the slope may change.
     virtual void buffer_level(int renderer, int display, std::int64_t cycle, int held_pixels) = 0;
     /// A clock for which buffer_level is called for every buffer in use; -1: none. Called before the run.

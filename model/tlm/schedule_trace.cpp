@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
-#include <cstring>
 #include <nlohmann/json.hpp>
 #include <string_view>
 
@@ -39,15 +37,15 @@ std::string escaped(const std::string& text) {
     return quoted.substr(1, quoted.size() - 2);
 }
 
-/// A point in time or a duration.
-struct Nanoseconds {
-    std::int64_t count = 0;
-};
+std::int64_t nanoseconds_of(std::int64_t cycle, std::int64_t period_picoseconds) {
+    return (cycle * period_picoseconds + 500) / 1000;
+}
 
-Nanoseconds operator-(Nanoseconds a, Nanoseconds b) { return {a.count - b.count}; }
-
-Nanoseconds time_of(std::int64_t cycle, std::int64_t period_picoseconds) {
-    return {(cycle * period_picoseconds + 500) / 1000};
+/// With three decimals.
+std::string microseconds(std::int64_t nanoseconds) {
+    std::string text = std::to_string(nanoseconds);
+    if (text.size() < 4) text.insert(0, 4 - text.size(), '0');
+    return text.insert(text.size() - 3, ".");
 }
 
 }  // namespace
@@ -60,6 +58,7 @@ class ScheduleTrace::Output {
     template <typename... Parts>
     void write(const Parts&... parts) {
         (append(parts), ...);
+        if (buffer_.size() >= kBufferBytes) flush();
     }
 
     void put_in_place() {
@@ -70,51 +69,21 @@ class ScheduleTrace::Output {
 
   private:
     static constexpr std::size_t kBufferBytes = std::size_t{1} << 18;
-    static constexpr std::size_t kLongestNumber = 20;
 
-    void append(std::string_view text) {
-        while (text.size() > room()) {  // a name may be longer than the buffer
-            const std::size_t fits = room();
-            copy(text.substr(0, fits));
-            text.remove_prefix(fits);
-            flush();
-        }
-        copy(text);
-    }
-    void append(std::int64_t number) {
-        if (room() < kLongestNumber) flush();
-        char* const begin = buffer_.data() + used_;
-        used_ += static_cast<std::size_t>(std::to_chars(begin, begin + kLongestNumber, number).ptr - begin);
-    }
-    void append(int number) { append(std::int64_t{number}); }
-    /// As microseconds with three decimals.
-    void append(Nanoseconds time) {
-        append(time.count / 1000);
-        const auto decimals = static_cast<int>(time.count % 1000);
-        const std::array<char, 4> text{'.', static_cast<char>('0' + decimals / 100),
-                                       static_cast<char>('0' + decimals / 10 % 10),
-                                       static_cast<char>('0' + decimals % 10)};
-        append(std::string_view(text.data(), text.size()));
-    }
-
-    std::size_t room() const { return buffer_.size() - used_; }
-    void copy(std::string_view text) {
-        std::memcpy(buffer_.data() + used_, text.data(), text.size());
-        used_ += text.size();
-    }
+    void append(std::string_view text) { buffer_ += text; }
+    void append(std::int64_t number) { buffer_ += std::to_string(number); }
 
     void flush() {
         try {
-            if (!failure_) file_.write({buffer_.data(), used_});
+            if (!failure_) file_.write(buffer_);
         } catch (const OutputError& error) {
             failure_ = error.what();
         }
-        used_ = 0;
+        buffer_.clear();
     }
 
     OutputFile file_;
-    std::vector<char> buffer_ = std::vector<char>(kBufferBytes);
-    std::size_t used_ = 0;
+    std::string buffer_;
     std::optional<std::string> failure_;
 };
 
@@ -211,16 +180,16 @@ std::optional<CycleSpan> ScheduleTrace::finish(std::int64_t core_cycles) {
     return shown;
 }
 
-/// A slice up to its clocks. Complete it with its other arguments and "}}".
-bool ScheduleTrace::open_slice(Slice kind, int number, int process, std::int64_t thread, CycleSpan span) {
+void ScheduleTrace::write_slice(Slice kind, int number, int process, int thread, CycleSpan span,
+                                std::initializer_list<std::int64_t> arguments) {
     const CycleSpan shown = in_window(span);
-    if (shown.cycles() <= 0) return false;
+    if (shown.cycles() <= 0) return;
     is_empty_ = false;
     const SliceRow& row = row_of(kSliceTable, kind);
-    const Nanoseconds start = time_of(shown.first, period_picoseconds_);
-    const Nanoseconds end = time_of(shown.last + 1, period_picoseconds_);
-    output_->write(kNextEvent, R"({"ph":"X","pid":)", process, R"(,"tid":)", thread, R"(,"ts":)", start,
-                   R"(,"dur":)", end - start, R"(,"name":")");
+    const std::int64_t start = nanoseconds_of(shown.first, period_picoseconds_);
+    const std::int64_t end = nanoseconds_of(shown.last + 1, period_picoseconds_);
+    output_->write(kNextEvent, R"({"ph":"X","pid":)", process, R"(,"tid":)", thread, R"(,"ts":)",
+                   microseconds(start), R"(,"dur":)", microseconds(end - start), R"(,"name":")");
     const std::size_t at = row.name.find_first_of("DF");
     output_->write(row.name.substr(0, at));
     if (at != std::string_view::npos) output_->write(number, row.name.substr(at + 1));
@@ -230,49 +199,31 @@ bool ScheduleTrace::open_slice(Slice kind, int number, int process, std::int64_t
     if (shown.cycles() < span.cycles()) {
         output_->write(R"(,"whole_first_cycle":)", span.first, R"(,"whole_last_cycle":)", span.last);
     }
-    return true;
+    const std::string_view* name = row.arguments.data();
+    for (const std::int64_t argument : arguments) output_->write(",\"", *name++, "\":", argument);
+    output_->write("}}");
 }
 
-/// A slice whose only argument besides its clocks is the frame.
-void ScheduleTrace::slice_of_frame(Slice kind, int process, std::int64_t thread, int frame, CycleSpan span) {
-    if (open_slice(kind, frame, process, thread, span)) output_->write(R"(,"frame":)", frame, "}}");
-}
-
-void ScheduleTrace::wait_of_bus(Slice kind, int renderer, CycleSpan span) {
-    if (open_slice(kind, 0, kBuses, bus_thread(renderer), span)) output_->write("}}");
-}
-
-void ScheduleTrace::table(int renderer, int frame, CycleSpan span) {
-    slice_of_frame(Slice::kTable, kBuses, bus_thread(renderer), frame, span);
-}
-
-void ScheduleTrace::beats(int renderer, int display, int frame, std::int64_t first_pixel, int pixels,
-                          int recovered_slots, CycleSpan span) {
+void ScheduleTrace::bus(int renderer, const BusSpan& span) {
+    static constexpr std::array<Slice, kBusUseTable.size()> kKinds{
+        Slice::kBeats,      Slice::kTable,       Slice::kPageMiss, Slice::kRefresh,
+        Slice::kLinkWrites, Slice::kArbitration, Slice::kPoll,     Slice::kLostSlot};  // by BusUse
     // The number of slots is not in the name, so that both names can be searched and counted.
-    const Slice kind = recovered_slots > 0 ? Slice::kRecoveredBeats : Slice::kBeats;
-    if (!open_slice(kind, display, kBuses, bus_thread(renderer), span)) return;
-    output_->write(R"(,"frame":)", frame, R"(,"first_pixel":)", first_pixel, R"(,"pixels":)", pixels,
-                   R"(,"recovered_slots":)", recovered_slots, "}}");
+    const Slice kind =
+        span.recovered_slots > 0 ? Slice::kRecoveredBeats : kKinds.at(static_cast<std::size_t>(span.use));
+    const auto write = [&](int number, std::initializer_list<std::int64_t> arguments) {
+        write_slice(kind, number, kBuses, bus_thread(renderer), span.cycles, arguments);
+    };
+    if (span.use == BusUse::kBusy) {
+        write(span.display, {span.frame, span.first_pixel, span.pixels, span.recovered_slots});
+    } else if (span.use == BusUse::kTable) {
+        write(span.frame, {span.frame});
+    } else if (span.use == BusUse::kPageMiss) {
+        write(0, {span.word_address, span.display});
+    } else {
+        write(0, {});
+    }
 }
-
-void ScheduleTrace::page_miss(int renderer, int display, std::int64_t word_address, CycleSpan span) {
-    if (!open_slice(Slice::kPageMiss, 0, kBuses, bus_thread(renderer), span)) return;
-    output_->write(R"(,"word_address":)", word_address, R"(,"display":)", display, "}}");
-}
-
-void ScheduleTrace::refresh(int renderer, CycleSpan span) { wait_of_bus(Slice::kRefresh, renderer, span); }
-
-void ScheduleTrace::memory_write(int renderer, CycleSpan span) {
-    wait_of_bus(Slice::kLinkWrites, renderer, span);
-}
-
-void ScheduleTrace::poll(int renderer, CycleSpan span) { wait_of_bus(Slice::kPoll, renderer, span); }
-
-void ScheduleTrace::arbitration(int renderer, CycleSpan span) {
-    wait_of_bus(Slice::kArbitration, renderer, span);
-}
-
-void ScheduleTrace::lost_slot(int renderer, CycleSpan span) { wait_of_bus(Slice::kLostSlot, renderer, span); }
 
 void ScheduleTrace::buffer_level(int renderer, int display, std::int64_t cycle, int held_pixels) {
     Level& of_buffer = level(renderer, display);
@@ -289,19 +240,20 @@ void ScheduleTrace::write_level(int renderer, int display, std::int64_t cycle, i
     if (window_ && cycle > window_->first) is_empty_ = false;
     // No clock among the arguments: each argument of a counter is drawn.
     output_->write(kNextEvent, counter_names_[static_cast<std::size_t>(renderer - 1)], display, R"(","ts":)",
-                   time_of(cycle, period_picoseconds_), R"(,"args":{"pixels":)", held_pixels, "}}");
+                   microseconds(nanoseconds_of(cycle, period_picoseconds_)), R"(,"args":{"pixels":)",
+                   held_pixels, "}}");
 }
 
 void ScheduleTrace::composited(int display, int frame, CycleSpan span) {
-    slice_of_frame(Slice::kComposite, kDisplays, pipeline_thread(display), frame, span);
+    write_slice(Slice::kComposite, frame, kDisplays, pipeline_thread(display), span, {frame});
 }
 
 void ScheduleTrace::column_stall(int display, int frame, CycleSpan span) {
-    slice_of_frame(Slice::kStall, kDisplays, pipeline_thread(display), frame, span);
+    write_slice(Slice::kStall, frame, kDisplays, pipeline_thread(display), span, {frame});
 }
 
 void ScheduleTrace::shown(int display, int frame, CycleSpan span) {
-    slice_of_frame(Slice::kShows, kDisplays, screen_thread(display), frame, span);
+    write_slice(Slice::kShows, frame, kDisplays, screen_thread(display), span, {frame});
 }
 
 }  // namespace metabuffer::tlm

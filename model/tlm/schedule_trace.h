@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <initializer_list>
 #include <memory>
 #include <optional>
 #include <string>
@@ -44,16 +45,7 @@ class ScheduleTrace final : public ScheduleObserver {
     /// failed earlier: a run never fails at an event.
     std::optional<CycleSpan> finish(std::int64_t core_cycles);
 
-    // Spans without a clock are left out.
-    void table(int renderer, int frame, CycleSpan span) override;
-    void beats(int renderer, int display, int frame, std::int64_t first_pixel, int pixels,
-               int recovered_slots, CycleSpan span) override;
-    void page_miss(int renderer, int display, std::int64_t word_address, CycleSpan span) override;
-    void refresh(int renderer, CycleSpan span) override;
-    void memory_write(int renderer, CycleSpan span) override;
-    void poll(int renderer, CycleSpan span) override;
-    void arbitration(int renderer, CycleSpan span) override;
-    void lost_slot(int renderer, CycleSpan span) override;
+    void bus(int renderer, const BusSpan& span) override;
     std::int64_t level_wanted_cycle() const override { return window_ ? window_->first : -1; }
     /// Writes a level only if it differs from the composer's last one.
     void buffer_level(int renderer, int display, std::int64_t cycle, int held_pixels) override;
@@ -62,14 +54,13 @@ class ScheduleTrace final : public ScheduleObserver {
     void shown(int display, int frame, CycleSpan span) override;
 
   private:
-    void slice_of_frame(Slice kind, int process, std::int64_t thread, int frame, CycleSpan span);
-    void wait_of_bus(Slice kind, int renderer, CycleSpan span);
     class Output;
 
     void write_tracks(const Scenario& scenario);
     CycleSpan in_window(CycleSpan span) const;
-    /// False if it is not to be written.
-    [[nodiscard]] bool open_slice(Slice kind, int number, int process, std::int64_t thread, CycleSpan span);
+    /// number: what stands for D or F in the kind's name. arguments: those of its row.
+    void write_slice(Slice kind, int number, int process, int thread, CycleSpan span,
+                     std::initializer_list<std::int64_t> arguments);
 
     /// The level of a composer's buffer.
     struct Level {

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
 #include <cstdint>
 #include <map>
@@ -8,6 +9,7 @@
 #include <vector>
 
 #include "random_scenario.h"
+#include "report/bus_use.h"
 #include "report/report.h"
 #include "scenario/derived_timing.h"
 #include "support/painted_segment.h"
@@ -22,8 +24,7 @@ namespace {
 class Tally final : public tlm::ScheduleObserver {
   public:
     struct Bus {
-        std::int64_t table = 0, busy = 0, page_miss = 0, refresh = 0, write = 0, poll = 0, grant = 0,
-                     lost = 0;
+        std::array<std::int64_t, kBusUseTable.size()> cycles{};  ///< by use
         std::int64_t pixels = 0, recovered_slots = 0;
         int frames = 0;
         std::int64_t last_cycle = -1;
@@ -57,32 +58,28 @@ class Tally final : public tlm::ScheduleObserver {
     bool levels_in_order = true;
     bool levels_of_beats = true;  ///< none is of a clock before the renderer's first beat
 
-    void table(int renderer, int frame, CycleSpan span) override {
-        add(renderer, &Bus::table, span);
-        frames_good = frames_good && frame == buses[renderer].frames++;
-        sent_[renderer].clear();
+    void bus(int renderer, const tlm::BusSpan& span) override {
+        Bus& bus = buses[renderer];
+        bus.cycles.at(static_cast<std::size_t>(span.use)) += span.cycles.cycles();
+        bus.in_order = bus.in_order && span.cycles.first > bus.last_cycle && span.cycles.cycles() > 0;
+        bus.last_cycle = std::max(bus.last_cycle, span.cycles.last);
+        if (span.use == BusUse::kTable) {
+            frames_good = frames_good && span.frame == bus.frames++;
+            sent_[renderer].clear();
+        }
+        if (span.use == BusUse::kBusy) {
+            std::int64_t& next = sent_[renderer][span.display];
+            frames_good = frames_good && span.frame == bus.frames - 1 && span.first_pixel == next;
+            next += span.pixels;
+            first_beats_.emplace(renderer, span.cycles.first);
+            sent[{renderer, span.display}].push_back({span.frame, span.pixels, span.cycles.first});
+            bus.pixels += span.pixels;
+            bus.recovered_slots += span.recovered_slots;
+        }
+        if (span.use == BusUse::kBusy || span.use == BusUse::kPageMiss) {
+            destinations_good = destinations_good && span.display >= 1;
+        }
     }
-    void beats(int renderer, int display, int frame, std::int64_t first_pixel, int pixels,
-               int recovered_slots, CycleSpan span) override {
-        add(renderer, &Bus::busy, span);
-        std::int64_t& next = sent_[renderer][display];
-        frames_good = frames_good && frame == buses[renderer].frames - 1 && first_pixel == next;
-        next += pixels;
-        first_beats_.emplace(renderer, span.first);
-        sent[{renderer, display}].push_back({frame, pixels, span.first});
-        buses[renderer].pixels += pixels;
-        buses[renderer].recovered_slots += recovered_slots;
-        destinations_good = destinations_good && display >= 1;
-    }
-    void page_miss(int renderer, int display, std::int64_t /*word_address*/, CycleSpan span) override {
-        add(renderer, &Bus::page_miss, span);
-        destinations_good = destinations_good && display >= 1;
-    }
-    void refresh(int renderer, CycleSpan span) override { add(renderer, &Bus::refresh, span); }
-    void memory_write(int renderer, CycleSpan span) override { add(renderer, &Bus::write, span); }
-    void poll(int renderer, CycleSpan span) override { add(renderer, &Bus::poll, span); }
-    void arbitration(int renderer, CycleSpan span) override { add(renderer, &Bus::grant, span); }
-    void lost_slot(int renderer, CycleSpan span) override { add(renderer, &Bus::lost, span); }
     void buffer_level(int renderer, int display, std::int64_t cycle, int held_pixels) override {
         std::int64_t& last = level_cycles_[{renderer, display}];
         levels_in_order = levels_in_order && cycle >= last;
@@ -120,13 +117,6 @@ class Tally final : public tlm::ScheduleObserver {
     std::map<std::pair<int, int>, std::int64_t> level_cycles_;
     std::map<int, std::int64_t> first_beats_;          ///< clocks, by renderer
     std::map<int, std::map<int, std::int64_t>> sent_;  ///< pixels of the frame, by renderer, display
-
-    void add(int renderer, std::int64_t Bus::*kind, CycleSpan span) {
-        Bus& bus = buses[renderer];
-        bus.*kind += span.cycles();
-        bus.in_order = bus.in_order && span.first > bus.last_cycle;
-        bus.last_cycle = std::max(bus.last_cycle, span.last);
-    }
 };
 
 /// The latency of a frame is counted from the last pixel of its newest pair. The input framebuffer, whose clocks are
@@ -159,14 +149,9 @@ void check_tally(const Tally& tally, const Scenario& scenario, const RunReport& 
         INFO("renderer " << r + 1);
         const Tally::Bus& reported = tally.buses.at(static_cast<int>(r) + 1);
         const BusCounters& counted = report.renderers[r].bus;
-        CHECK(reported.table == counted.table_cycles);
-        CHECK(reported.busy == counted.busy_cycles);
-        CHECK(reported.page_miss == counted.page_miss_cycles);
-        CHECK(reported.refresh == counted.refresh_cycles);
-        CHECK(reported.write == counted.write_cycles);
-        CHECK(reported.poll == counted.poll_cycles);
-        CHECK(reported.grant == counted.grant_cycles);
-        CHECK(reported.lost == counted.lost_cycles);
+        for (const BusUseTraits& use : kBusUseTable) {
+            CHECK(reported.cycles.at(static_cast<std::size_t>(use.value)) == counted.*use.counter);
+        }
         CHECK(reported.pixels == counted.pixels_sent);
         CHECK(reported.recovered_slots == counted.recovered_slots);
         CHECK(reported.in_order);

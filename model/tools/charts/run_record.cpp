@@ -103,47 +103,26 @@ RunRecord::RunRecord(const Scenario& scenario, const RecordLimits& limits)
     stalls_.resize(displays_);
 }
 
-/// Returns the log to which the caller adds the rest of the span; null if the span is left out.
-NumberLog* RunRecord::note(int renderer, BusUse use, CycleSpan span) {
-    if (span.cycles() <= 0) return nullptr;
+void RunRecord::bus(int renderer, const tlm::BusSpan& span) {
     BusTrack& track = buses_[static_cast<std::size_t>(renderer - 1)];
-    track.bins.add(static_cast<std::size_t>(use), span);
+    track.bins.add(static_cast<std::size_t>(span.use), span.cycles);
     if (!take_one(room_.bus_spans)) {
         ++track.left_out;
-        return nullptr;
+        return;
     }
     ++track.count;
-    track.spans.add(static_cast<std::uint64_t>(use));
-    track.spans.add_signed(span.first - track.end);
-    track.spans.add(static_cast<std::uint64_t>(span.cycles()));
-    track.end = track.known = span.last + 1;
-    return &track.spans;
+    const auto add = [&track](auto number) { track.spans.add(static_cast<std::uint64_t>(number)); };
+    add(span.use);
+    track.spans.add_signed(span.cycles.first - track.end);
+    add(span.cycles.cycles());
+    track.end = track.known = span.cycles.last + 1;
+    if (span.use == BusUse::kTable) add(span.frame);
+    if (span.use == BusUse::kBusy || span.use == BusUse::kPageMiss) add(span.display);
+    if (span.use == BusUse::kBusy) {
+        add(span.pixels);
+        add(span.recovered_slots);
+    }
 }
-
-void RunRecord::table(int renderer, int frame, CycleSpan span) {
-    NumberLog* const log = note(renderer, BusUse::kTable, span);
-    if (log != nullptr) log->add(static_cast<std::uint64_t>(frame));
-}
-
-void RunRecord::beats(int renderer, int display, int /*frame*/, std::int64_t /*first_pixel*/, int pixels,
-                      int recovered_slots, CycleSpan span) {
-    NumberLog* const log = note(renderer, BusUse::kBusy, span);
-    if (log == nullptr) return;
-    log->add(static_cast<std::uint64_t>(display));
-    log->add(static_cast<std::uint64_t>(pixels));
-    log->add(static_cast<std::uint64_t>(recovered_slots));
-}
-
-void RunRecord::page_miss(int renderer, int display, std::int64_t /*word_address*/, CycleSpan span) {
-    NumberLog* const log = note(renderer, BusUse::kPageMiss, span);
-    if (log != nullptr) log->add(static_cast<std::uint64_t>(display));
-}
-
-void RunRecord::refresh(int renderer, CycleSpan span) { note(renderer, BusUse::kRefresh, span); }
-void RunRecord::memory_write(int renderer, CycleSpan span) { note(renderer, BusUse::kWrite, span); }
-void RunRecord::poll(int renderer, CycleSpan span) { note(renderer, BusUse::kPoll, span); }
-void RunRecord::arbitration(int renderer, CycleSpan span) { note(renderer, BusUse::kGrant, span); }
-void RunRecord::lost_slot(int renderer, CycleSpan span) { note(renderer, BusUse::kLost, span); }
 
 void RunRecord::buffer_level(int renderer, int display, std::int64_t cycle, int held_pixels) {
     LevelTrack& track = levels_[composer(renderer, display)];
@@ -166,7 +145,6 @@ void RunRecord::composited(int display, int frame, CycleSpan span) {
 }
 
 void RunRecord::column_stall(int display, int frame, CycleSpan span) {
-    if (span.cycles() <= 0) return;
     StallTrack& track = stalls_[static_cast<std::size_t>(display - 1)];
     if (!take_one(room_.stalls)) {
         ++track.left_out;

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "host/enum_table.h"
+#include "report/bus_use.h"
 #include "report/report.h"
 #include "scenario/scenario.h"
 #include "tlm/schedule_observer.h"
@@ -26,23 +26,7 @@ struct RecordLimits {
     std::size_t link_frames = 100'000;     ///< of all links
 };
 
-/// What a bus may do in a clock.
-enum class BusUse : std::uint8_t { kBusy, kTable, kPageMiss, kRefresh, kWrite, kGrant, kPoll, kLost };
-struct BusUseTraits {
-    BusUse value;
-    std::int64_t BusCounters::*counter;  ///< the page's script identifies the use by its name
-};
-constexpr std::array kBusUseTable{
-    BusUseTraits{BusUse::kBusy, &BusCounters::busy_cycles},
-    BusUseTraits{BusUse::kTable, &BusCounters::table_cycles},
-    BusUseTraits{BusUse::kPageMiss, &BusCounters::page_miss_cycles},
-    BusUseTraits{BusUse::kRefresh, &BusCounters::refresh_cycles},
-    BusUseTraits{BusUse::kWrite, &BusCounters::write_cycles},
-    BusUseTraits{BusUse::kGrant, &BusCounters::grant_cycles},
-    BusUseTraits{BusUse::kPoll, &BusCounters::poll_cycles},
-    BusUseTraits{BusUse::kLost, &BusCounters::lost_cycles},
-};
-static_assert(is_in_order(kBusUseTable));
+/// The page's script identifies a use of the bus by its counter's name.
 constexpr std::size_t kBusUses = kBusUseTable.size();
 
 /// Clocks of each use, summed over bins of equally many clocks. Whenever there would be more than kMost bins, all bins
@@ -81,15 +65,7 @@ class RunRecord final : public tlm::ScheduleObserver {
   public:
     explicit RunRecord(const Scenario& scenario, const RecordLimits& limits = {});
 
-    void table(int renderer, int frame, CycleSpan span) override;
-    void beats(int renderer, int display, int frame, std::int64_t first_pixel, int pixels,
-               int recovered_slots, CycleSpan span) override;
-    void page_miss(int renderer, int display, std::int64_t word_address, CycleSpan span) override;
-    void refresh(int renderer, CycleSpan span) override;
-    void memory_write(int renderer, CycleSpan span) override;
-    void poll(int renderer, CycleSpan span) override;
-    void arbitration(int renderer, CycleSpan span) override;
-    void lost_slot(int renderer, CycleSpan span) override;
+    void bus(int renderer, const tlm::BusSpan& span) override;
     void buffer_level(int renderer, int display, std::int64_t cycle, int held_pixels) override;
     void composited(int display, int frame, CycleSpan span) override;
     void column_stall(int display, int frame, CycleSpan span) override;
@@ -135,7 +111,6 @@ class RunRecord final : public tlm::ScheduleObserver {
         std::int64_t left_out = 0;
     };
 
-    NumberLog* note(int renderer, BusUse use, CycleSpan span);
     std::size_t composer(int renderer, int display) const {
         return static_cast<std::size_t>(renderer - 1) * displays_ + static_cast<std::size_t>(display - 1);
     }

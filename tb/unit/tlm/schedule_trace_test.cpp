@@ -8,7 +8,6 @@
 #include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <set>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -20,6 +19,7 @@
 
 using namespace metabuffer;
 using test::ScratchDirectory;
+using tlm::BusSpan;
 using tlm::ScheduleTrace;
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
@@ -36,6 +36,10 @@ Scenario machine(double core_mhz = 100.0) {
     scenario.renderers[0].name = "ball";
     scenario.renderers[1].name = "sea";
     return scenario;
+}
+
+BusSpan poll(std::int64_t first_cycle, std::int64_t last_cycle) {
+    return {BusUse::kPoll, {first_cycle, last_cycle}};
 }
 
 std::string content(const fs::path& file) {
@@ -58,7 +62,7 @@ std::string text_of(const Scenario& scenario, Observe observe, std::int64_t core
     return content(scratch / "schedule.json");
 }
 
-/// The events that are not descriptions of tracks, in the order of the file.
+/// The events of a text that are not descriptions of tracks, in the order of the file.
 std::vector<Json> events_of(const std::string& text) {
     const Json trace = Json::parse(text);
     std::vector<Json> events;
@@ -99,6 +103,18 @@ std::int64_t viewer_nanoseconds(const Json& microseconds) {
     return std::llround(microseconds.get<double>() * 1000.0);
 }
 
+/// Name, time and pixels of each event, all of which must be levels.
+std::vector<Json> levels_of(const std::vector<Json>& events) {
+    std::vector<Json> levels;
+    for (const Json& event : events) {
+        CHECK(event["ph"] == "C");
+        CHECK(event["pid"] == 2);
+        CHECK(event["args"].size() == 1);  // each argument of a counter is drawn
+        levels.push_back({event["name"], event["ts"], event["args"]["pixels"]});
+    }
+    return levels;
+}
+
 /// The message of the exception of that type, "" if there is none.
 template <typename Error, typename Action>
 std::string failure_of(Action action) {
@@ -110,12 +126,11 @@ std::string failure_of(Action action) {
     return "";
 }
 
-const auto kNothing = [](ScheduleTrace&) {};
-
 }  // namespace
 
 TEST_CASE("an empty schedule names its tracks and its run", "[schedule]") {
-    const std::string text = text_of(machine(133.3), kNothing, 123'456'789'012);
+    const std::string text = text_of(
+        machine(133.3), [](ScheduleTrace&) {}, 123'456'789'012);
     const Json trace = Json::parse(text);
     CHECK(text.substr(0, 2) == "{\"");
     CHECK(text.back() == '}');
@@ -148,7 +163,7 @@ TEST_CASE("an empty schedule names its tracks and its run", "[schedule]") {
 
 TEST_CASE("each event stands on a line of its own, and what is said of the run on the last", "[schedule]") {
     std::istringstream text(text_of(machine(), [](ScheduleTrace& trace) {
-        trace.poll(1, {0, 9});
+        trace.bus(1, poll(0, 9));
         trace.buffer_level(2, 1, 10, 64);
     }));
     std::vector<std::string> lines;
@@ -164,121 +179,63 @@ TEST_CASE("each event stands on a line of its own, and what is said of the run o
     }
 }
 
-TEST_CASE("each bus has a track with what it does", "[schedule]") {
+TEST_CASE("each kind of slice has its track, its name, its colour and its arguments, as its table says",
+          "[schedule]") {
     const std::string text = text_of(machine(), [](ScheduleTrace& trace) {
-        trace.table(1, 7, {100, 104});
-        trace.page_miss(1, 2, 4096, {105, 110});
-        trace.beats(1, 2, 7, 1024, 64, 0, {111, 142});
-        trace.beats(1, 1, 7, 0, 32, 1, {143, 158});
-        trace.poll(1, {159, 159});
-        trace.refresh(1, {160, 171});
-        trace.memory_write(1, {172, 179});
-        trace.arbitration(1, {180, 181});
-        trace.lost_slot(2, {200, 231});
-    });
-    const std::vector<Json> events = events_of(text);
-    REQUIRE(events.size() == 9);
-    for (const Json& event : events) {
-        CHECK(event["ph"] == "X");
-        CHECK(track_of(text, event) == (event == events.back() ? "buses/sea" : "buses/ball"));
-    }
-
-    CHECK(events[0]["name"] == "table of frame 7");
-    CHECK(events[0]["args"] == Json{{"first_cycle", 100}, {"frame", 7}});
-    CHECK(events[0]["ts"] == 1.0);
-    CHECK(events[0]["dur"] == 0.05);
-
-    CHECK(events[1]["name"] == "page miss");
-    CHECK(events[1]["args"] == Json{{"first_cycle", 105}, {"word_address", 4096}, {"display", 2}});
-    CHECK(events[1]["cname"] == "bad");
-
-    CHECK(events[2]["name"] == "display 2");
-    CHECK(events[2]["args"] == Json{{"first_cycle", 111},
-                                    {"frame", 7},
-                                    {"first_pixel", 1024},
-                                    {"pixels", 64},
-                                    {"recovered_slots", 0}});
-    CHECK_FALSE(events[2].contains("cname"));
-
-    CHECK(events[3]["name"] == "display 1, recovered");
-    CHECK(events[3]["args"]["recovered_slots"] == 1);
-    CHECK(events[3]["cname"] == "good");
-
-    CHECK(events[4]["name"] == "poll");
-    CHECK(events[4]["args"] == Json{{"first_cycle", 159}});
-    CHECK(events[4]["dur"] == 0.01);
-    CHECK(events[4]["cname"] == "grey");
-
-    CHECK(events[5]["name"] == "refresh");
-    CHECK(events[5]["args"] == Json{{"first_cycle", 160}});
-    CHECK(events[5]["dur"] == 0.12);
-    CHECK(events[5]["cname"] == "bad");
-
-    CHECK(events[6]["name"] == "link writes");
-    CHECK(events[6]["args"] == Json{{"first_cycle", 172}});
-    CHECK(events[6]["cname"] == "bad");
-
-    CHECK(events[7]["name"] == "arbitration");
-    CHECK(events[7]["args"] == Json{{"first_cycle", 180}});
-    CHECK(events[7]["cname"] == "bad");
-
-    CHECK(events[8]["name"] == "lost slot");
-    CHECK(events[8]["args"] == Json{{"first_cycle", 200}});
-    CHECK(events[8]["cname"] == "terrible");
-}
-
-TEST_CASE("each display has a track of its pipeline and one of its screen", "[schedule]") {
-    const std::string text = text_of(machine(), [](ScheduleTrace& trace) {
-        trace.column_stall(2, 4, {150, 159});
-        trace.composited(2, 4, {100, 299});
+        trace.bus(1, {BusUse::kTable, {100, 104}, 7});
+        trace.bus(1, {BusUse::kBusy, {111, 142}, 7, 2, 1024, 64});
+        trace.bus(1, {BusUse::kBusy, {143, 158}, 7, 1, 0, 32, 3});
+        trace.bus(1, {BusUse::kPageMiss, {159, 164}, 7, 2, 0, 0, 0, 4096});
+        trace.bus(1, {BusUse::kRefresh, {165, 176}});
+        trace.bus(1, {BusUse::kWrite, {177, 184}});
+        trace.bus(1, {BusUse::kGrant, {185, 186}});
+        trace.bus(1, poll(187, 187));
+        trace.bus(2, {BusUse::kLost, {200, 231}});
+        trace.composited(2, 4, {300, 499});
+        trace.column_stall(2, 4, {350, 359});
         trace.shown(2, 4, {400, 799});
     });
+    struct Expected {
+        const char* track;
+        const char* name;
+        Json arguments;
+    };
+    const std::vector<Expected> kinds{
+        {"buses/ball", "table of frame 7", {{"first_cycle", 100}, {"frame", 7}}},
+        {"buses/ball",
+         "display 2",
+         {{"first_cycle", 111}, {"frame", 7}, {"first_pixel", 1024}, {"pixels", 64}, {"recovered_slots", 0}}},
+        {"buses/ball",
+         "display 1, recovered",
+         {{"first_cycle", 143}, {"frame", 7}, {"first_pixel", 0}, {"pixels", 32}, {"recovered_slots", 3}}},
+        {"buses/ball", "page miss", {{"first_cycle", 159}, {"word_address", 4096}, {"display", 2}}},
+        {"buses/ball", "refresh", {{"first_cycle", 165}}},
+        {"buses/ball", "link writes", {{"first_cycle", 177}}},
+        {"buses/ball", "arbitration", {{"first_cycle", 185}}},
+        {"buses/ball", "poll", {{"first_cycle", 187}}},
+        {"buses/sea", "lost slot", {{"first_cycle", 200}}},
+        {"displays/display 2", "composite frame 4", {{"first_cycle", 300}, {"frame", 4}}},
+        {"displays/display 2", "stall", {{"first_cycle", 350}, {"frame", 4}}},
+        {"displays/display 2 screen", "shows frame 4", {{"first_cycle", 400}, {"frame", 4}}}};
     const std::vector<Json> events = events_of(text);
-    REQUIRE(events.size() == 3);
-    CHECK(events[0]["name"] == "stall");
-    CHECK(events[0]["cname"] == "terrible");
-    CHECK(events[0]["args"] == Json{{"first_cycle", 150}, {"frame", 4}});
-    CHECK(track_of(text, events[0]) == "displays/display 2");
-    CHECK(events[1]["name"] == "composite frame 4");
-    CHECK(events[1]["args"] == Json{{"first_cycle", 100}, {"frame", 4}});
-    CHECK(track_of(text, events[1]) == "displays/display 2");
-    CHECK(events[2]["name"] == "shows frame 4");
-    CHECK(events[2]["args"] == Json{{"first_cycle", 400}, {"frame", 4}});
-    CHECK(track_of(text, events[2]) == "displays/display 2 screen");
-    for (const Json& event : events) CHECK(event["ph"] == "X");
-}
-
-TEST_CASE("every kind of slice is written as its table says", "[schedule]") {
-    const std::vector<Json> events = events_of(machine(), [](ScheduleTrace& trace) {
-        trace.table(1, 7, {0, 0});
-        trace.beats(1, 2, 7, 0, 8, 0, {1, 1});
-        trace.beats(1, 2, 7, 8, 8, 3, {2, 2});
-        trace.page_miss(1, 2, 16, {3, 3});
-        trace.refresh(1, {4, 4});
-        trace.memory_write(1, {5, 5});
-        trace.arbitration(1, {6, 6});
-        trace.poll(1, {7, 7});
-        trace.lost_slot(1, {8, 8});
-        trace.composited(2, 7, {9, 9});
-        trace.column_stall(2, 7, {10, 10});
-        trace.shown(2, 7, {11, 11});
-    });
-    REQUIRE(events.size() == tlm::kSliceTable.size());
-    for (std::size_t kind = 0; kind < events.size(); ++kind) {
-        const tlm::SliceRow& row = tlm::kSliceTable[kind];
+    REQUIRE(events.size() == kinds.size());
+    REQUIRE(tlm::kSliceTable.size() == kinds.size());
+    std::string colours;
+    for (std::size_t n = 0; n < events.size(); ++n) {
+        const tlm::SliceRow& row = tlm::kSliceTable[n];
         INFO(row.name);
-        std::string name(row.name);
-        for (char& letter : name) letter = letter == 'F' ? '7' : letter == 'D' ? '2' : letter;
-        CHECK(events[kind]["name"] == name);
-        CHECK(events[kind].value("cname", "") == row.colour_name);
+        CHECK(events[n]["ph"] == "X");
+        CHECK(track_of(text, events[n]) == kinds[n].track);
+        CHECK(events[n]["name"] == kinds[n].name);
+        CHECK(events[n]["args"] == kinds[n].arguments);
+        CHECK(events[n].value("cname", "") == row.colour_name);
+        colours += std::string(row.colour_name) + ".";
         CHECK_FALSE(row.meaning.empty());
-        std::set<std::string> arguments{"first_cycle"};
-        for (const std::string_view argument : row.arguments) arguments.emplace(argument);
-        arguments.erase("");
-        std::set<std::string> written;
-        for (const auto& item : events[kind]["args"].items()) written.insert(item.key());
-        CHECK(written == arguments);
+        const auto named = row.arguments.size() - static_cast<std::size_t>(std::count(
+                                                      row.arguments.begin(), row.arguments.end(), ""));
+        CHECK(1 + named == kinds[n].arguments.size());
     }
+    CHECK(colours == "..good.bad.bad.bad.bad.grey.terrible..terrible..");
 }
 
 TEST_CASE("each composer's buffer is a counter, written where it changes", "[schedule]") {
@@ -292,69 +249,37 @@ TEST_CASE("each composer's buffer is a counter, written where it changes", "[sch
         trace.buffer_level(2, 2, 20, 0);
         trace.buffer_level(2, 1, 30, 0);
     });
-    struct Level {
-        const char* name;
-        double microseconds;
-        int pixels;
+    CHECK(levels_of(events) == std::vector<Json>{{"renderer sea, display 1", 0.0, 0},
+                                                 {"renderer sea, display 2", 0.0, 0},
+                                                 {"renderer sea, display 1", 0.1, 64},
+                                                 {"renderer ball, display 1", 0.15, 64},
+                                                 {"renderer sea, display 1", 0.3, 0}});
+}
+
+TEST_CASE("times are the core clock's, to the nearest nanosecond, however late", "[schedule]") {
+    struct Time {
+        double core_mhz;
+        std::int64_t cycle;
+        const char* text;
     };
-    const std::vector<Level> expected{{"renderer sea, display 1", 0.0, 0},
-                                      {"renderer sea, display 2", 0.0, 0},
-                                      {"renderer sea, display 1", 0.1, 64},
-                                      {"renderer ball, display 1", 0.15, 64},
-                                      {"renderer sea, display 1", 0.3, 0}};
-    REQUIRE(events.size() == expected.size());
-    for (std::size_t n = 0; n < events.size(); ++n) {
-        INFO(events[n]);
-        CHECK(events[n]["ph"] == "C");
-        CHECK(events[n]["name"] == expected[n].name);
-        CHECK(events[n]["ts"] == expected[n].microseconds);
-        CHECK(events[n]["args"] == Json{{"pixels", expected[n].pixels}});
-        CHECK(events[n]["pid"] == 2);
-    }
-}
-
-TEST_CASE("a span without a clock is left out", "[schedule]") {
-    const CycleSpan empty{50, 49};
-    CHECK(events_of(machine(), [&](ScheduleTrace& trace) {
-              trace.table(1, 0, empty);
-              trace.beats(1, 1, 0, 0, 0, 0, empty);
-              trace.page_miss(1, 1, 0, empty);
-              trace.poll(1, empty);
-              trace.lost_slot(1, empty);
-              trace.composited(1, 0, empty);
-              trace.column_stall(1, 0, empty);
-              trace.shown(1, 0, empty);
-          }).empty());
-}
-
-TEST_CASE("times are the core clock's, to the nanosecond, however late", "[schedule]") {
-    // 133.3 MHz: 7502 ps
-    const std::string text = text_of(machine(133.3), [](ScheduleTrace& trace) {
-        trace.poll(1, {0, 0});                              // 0 to 7.502 ns
-        trace.poll(1, {1, 133});                            // 7.502 to 1005.268 ns
-        trace.poll(1, {134, 134});                          // 1005.268 to 1012.770 ns
-        trace.poll(1, {1'000'000'000, 1'000'000'000});      // 7.502 s
-        trace.poll(1, {123'456'789'012, 123'456'789'012});  // 926172831.168024 us
-        trace.buffer_level(1, 1, 250, 1);                   // 1875.5 ns
-    });
-    for (const char* time :
-         {R"("ts":0.000,"dur":0.008,)", R"("ts":0.008,"dur":0.997,)", R"("ts":1.005,"dur":0.008,)",
-          R"("ts":7502000.000,"dur":0.008,)", R"("ts":926172831.168,"dur":0.008,)", R"("ts":1.876,)"}) {
-        INFO(time);
-        CHECK(text.find(time) != std::string::npos);
-    }
-}
-
-TEST_CASE("times are rounded to the nearest nanosecond", "[schedule]") {
-    // 0.7 MHz: 1428571 ps
-    const std::string text = text_of(machine(0.7), [](ScheduleTrace& trace) {
-        trace.buffer_level(1, 1, 169, 1);  // 241428.499 ns
-        trace.buffer_level(1, 1, 500, 2);  // 714285.5 ns
-        trace.buffer_level(1, 1, 831, 3);  // 1187142.501 ns
-    });
-    for (const char* time : {R"("ts":241.428,)", R"("ts":714.286,)", R"("ts":1187.143,)"}) {
-        INFO(time);
-        CHECK(text.find(time) != std::string::npos);
+    for (const Time& time : std::vector<Time>{
+             {133.3, 0, R"("ts":0.000,"dur":0.008,)"},  // 0 to 7.502 ns
+             {133.3, 1, R"("ts":0.008,"dur":0.007,)"},  // to 15.004 ns
+             {133.3, 134, R"("ts":1.005,"dur":0.008,)"},
+             {133.3, 1'000'000'000, R"("ts":7502000.000,"dur":0.008,)"},
+             {133.3, 123'456'789'012, R"("ts":926172831.168,"dur":0.008,)"},  // 926172831.168024 us
+             {0.7, 169, R"("ts":241.428,)"},                                  // 241428.499 ns
+             {0.7, 500, R"("ts":714.286,)"},                                  // 714285.5 ns
+             {0.7, 831, R"("ts":1187.143,)"},                                 // 1187142.501 ns
+         }) {
+        INFO(time.text);
+        const std::string text = text_of(machine(time.core_mhz), [&time](ScheduleTrace& trace) {
+            trace.bus(1, poll(time.cycle, time.cycle));
+            trace.buffer_level(1, 1, time.cycle, 1);
+        });
+        CHECK(text.find(time.text) != std::string::npos);
+        const std::vector<Json> events = events_of(text);
+        CHECK(events[0]["ts"] == events[1]["ts"]);
     }
 }
 
@@ -387,74 +312,43 @@ TEST_CASE("neighbours neither overlap nor leave a gap in a viewer that counts na
     CHECK(wrong == 0);
 }
 
-TEST_CASE("names are written whatever they are made of", "[schedule]") {
-    Scenario scenario = machine();
-    scenario.name = "a \"machine\"";
-    const std::string name =
-        GENERATE(std::string("\"quoted\\ \t{[,]}\""), std::string("\xC3\xA9t\xC3\xA9 \xE6\xB5\xB7"),
-                 std::string("\x01\x1F\n"), std::string(700'000, '"'));
-    scenario.renderers[1].name = name;
-    const std::string text = text_of(scenario, [](ScheduleTrace& trace) {
-        trace.poll(2, {0, 0});
-        trace.buffer_level(2, 2, 0, 5);
-    });
-    const std::vector<Json> events = events_of(text);
-    REQUIRE(events.size() == 2);
-    CHECK((track_of(text, events[0]) == "buses/" + name));
-    CHECK((events[1]["name"] == "renderer " + name + ", display 2"));
-    CHECK(Json::parse(text)["otherData"]["scenario"] == "a \"machine\"");
-}
-
-TEST_CASE("a name stands in the file in its own letters, so that it can be searched", "[schedule]") {
-    Scenario scenario = machine();
-    const std::string name = "\xC3\xA9t\xC3\xA9 \xE6\xB5\xB7";
-    scenario.renderers[1].name = name;
-    CHECK(text_of(scenario, kNothing).find(name) != std::string::npos);
-}
-
-TEST_CASE("a number is whole wherever in the writer's buffer it comes", "[schedule]") {
-    constexpr std::size_t kBufferBytes = std::size_t{1} << 18;
-    const auto text_with = [](const std::string& name) {
-        Scenario scenario = machine();
-        scenario.renderers[0].name = name;
-        return text_of(scenario, [](ScheduleTrace& trace) {
-            for (int n = 0; n < 50; ++n) trace.poll(2, {1'000'000'000 + n, 1'000'000'000 + n});
-        });
+TEST_CASE("names are written whatever they are made of, in their own letters if they can be", "[schedule]") {
+    const std::string replacement = "\xEF\xBF\xBD";
+    struct Name {
+        std::string given;
+        std::string read;
+        bool is_searchable = false;
     };
-    const std::string mark = "(name)";
-    const std::string text = text_with(mark);
-    const std::size_t at = text.find(mark);
-    REQUIRE(at != std::string::npos);
-    // The buffer ends among the events, or it is full with a name and the few letters around that.
-    std::vector<std::size_t> lengths;
-    for (std::size_t n = 0; n < 136; n += 8) lengths.push_back(kBufferBytes - 3000 + n);
-    for (std::size_t n = 60; n < 80; ++n) lengths.push_back(kBufferBytes - n);
-    for (const std::size_t length : lengths) {
-        INFO(length);
-        const std::string name(length, 'n');
-        std::string expected = text;
-        CHECK((text_with(name) == expected.replace(at, mark.size(), name)));
+    const std::string quotes(700'000, '"');  // longer than the writer's buffer
+    const std::string foreign = "\xC3\xA9t\xC3\xA9 \xE6\xB5\xB7";
+    for (const Name& name : std::vector<Name>{{"\"quoted\\ \t{[,]}\"", "\"quoted\\ \t{[,]}\""},
+                                              {foreign, foreign, true},
+                                              {"\x01\x1F\n", "\x01\x1F\n"},
+                                              {quotes, quotes},
+                                              {"s\xE9"
+                                               "a",
+                                               "s" + replacement + "a"}}) {
+        Scenario scenario = machine();
+        scenario.name = name.given;
+        scenario.renderers[1].name = name.given;
+        const std::string text = text_of(scenario, [](ScheduleTrace& trace) {
+            trace.bus(2, poll(0, 0));
+            trace.buffer_level(2, 2, 0, 5);
+        });
+        const std::vector<Json> events = events_of(text);
+        REQUIRE(events.size() == 2);
+        CHECK((track_of(text, events[0]) == "buses/" + name.read));
+        CHECK((events[1]["name"] == "renderer " + name.read + ", display 2"));
+        CHECK((Json::parse(text)["otherData"]["scenario"] == name.read));
+        if (name.is_searchable) CHECK(text.find(name.given) != std::string::npos);
     }
-}
-
-TEST_CASE("a name that is not UTF-8 is repaired, not refused", "[schedule]") {
-    Scenario scenario = machine();
-    scenario.name = "\xFF";
-    scenario.renderers[0].name =
-        "s\xE9"
-        "a";
-    const std::string text = text_of(scenario, [](ScheduleTrace& trace) { trace.poll(1, {0, 0}); });
-    CHECK(track_of(text, events_of(text)[0]) ==
-          "buses/s\xEF\xBF\xBD"
-          "a");
-    CHECK(Json::parse(text)["otherData"]["scenario"] == "\xEF\xBF\xBD");
 }
 
 TEST_CASE("a long schedule is whole", "[schedule]") {
     constexpr int kBursts = 20'000;  // several times the buffer
     const std::vector<Json> events = events_of(machine(), [](ScheduleTrace& trace) {
         for (int n = 0; n < kBursts; ++n) {
-            trace.beats(1 + n % 2, 1, n, 64LL * n, 64, n % 3, {32LL * n, 32LL * n + 31});
+            trace.bus(1 + n % 2, {BusUse::kBusy, {32LL * n, 32LL * n + 31}, n, 1, 64LL * n, 64, n % 3});
         }
     });
     REQUIRE(events.size() == kBursts);
@@ -469,38 +363,28 @@ TEST_CASE("a long schedule is whole", "[schedule]") {
 TEST_CASE("a window cuts slices at its edges and says where they really begin and end", "[schedule]") {
     const std::string text = text_of(machine(), [](ScheduleTrace& trace) {
         trace.show_only({100, 199});
-        trace.poll(1, {0, 99});
-        trace.poll(1, {200, 299});
-        trace.beats(1, 2, 7, 1024, 64, 3, {90, 109});
-        trace.poll(1, {110, 110});
-        trace.page_miss(1, 2, 4096, {199, 205});
+        trace.bus(1, poll(0, 99));
+        trace.bus(1, poll(200, 299));
+        trace.bus(1, poll(90, 109));
+        trace.bus(1, poll(110, 110));
+        trace.bus(1, {BusUse::kPageMiss, {199, 205}, 0, 2, 0, 0, 0, 4096});
         trace.composited(2, 4, {50, 299});
-        trace.table(2, 0, {100, 199});
+        trace.bus(2, {BusUse::kTable, {100, 199}, 0});
     });
-    const std::vector<Json> events = events_of(text);
-    REQUIRE(events.size() == 5);
-    CHECK(events[0]["name"] == "display 2, recovered");
-    CHECK(events[0]["ts"] == 1.0);
-    CHECK(events[0]["dur"] == 0.1);
-    CHECK(events[0]["args"] == Json{{"first_cycle", 100},
-                                    {"whole_first_cycle", 90},
-                                    {"whole_last_cycle", 109},
-                                    {"frame", 7},
-                                    {"first_pixel", 1024},
-                                    {"pixels", 64},
-                                    {"recovered_slots", 3}});
-    CHECK(events[1]["name"] == "poll");
-    CHECK(events[1]["args"] == Json{{"first_cycle", 110}});
-    CHECK(events[2]["ts"] == 1.99);
-    CHECK(events[2]["dur"] == 0.01);
-    CHECK(events[2]["args"]["first_cycle"] == 199);
-    CHECK(events[2]["args"]["whole_first_cycle"] == 199);
-    CHECK(events[2]["args"]["whole_last_cycle"] == 205);
-    CHECK(events[3]["ts"] == 1.0);
-    CHECK(events[3]["dur"] == 1.0);
-    CHECK(events[3]["args"] ==
-          Json{{"first_cycle", 100}, {"whole_first_cycle", 50}, {"whole_last_cycle", 299}, {"frame", 4}});
-    CHECK(events[4]["args"] == Json{{"first_cycle", 100}, {"frame", 0}});
+    std::vector<Json> slices;
+    for (const Json& event : events_of(text)) slices.push_back({event["ts"], event["dur"], event["args"]});
+    const auto whole = [](int first, int last, Json arguments) {
+        arguments["whole_first_cycle"] = first;
+        arguments["whole_last_cycle"] = last;
+        return arguments;
+    };
+    CHECK(slices ==
+          std::vector<Json>{
+              {1.0, 0.1, whole(90, 109, {{"first_cycle", 100}})},
+              {1.1, 0.01, {{"first_cycle", 110}}},
+              {1.99, 0.01, whole(199, 205, {{"first_cycle", 199}, {"word_address", 4096}, {"display", 2}})},
+              {1.0, 1.0, whole(50, 299, {{"first_cycle", 100}, {"frame", 4}})},
+              {1.0, 1.0, {{"first_cycle", 100}, {"frame", 0}}}});
     const Json facts = Json::parse(text)["otherData"];
     CHECK(facts["core_cycles"] == 1000);
     CHECK(facts["window_first_cycle"] == 100);
@@ -523,34 +407,27 @@ TEST_CASE("a window begins with the level of every buffer", "[schedule]") {
         trace.buffer_level(2, 2, 150, 0);
         trace.buffer_level(2, 2, 250, 10);
     });
-    std::vector<Json> levels;
-    for (const Json& event : events) {
-        levels.push_back({event["name"], event["ts"], event["args"]["pixels"]});
-    }
-    CHECK(levels == std::vector<Json>{{"renderer ball, display 1", 1.0, 44},
-                                      {"renderer ball, display 1", 1.2, 24},
-                                      {"renderer ball, display 2", 1.0, 9},
-                                      {"renderer ball, display 2", 1.99, 8},
-                                      {"renderer sea, display 2", 1.5, 0},
-                                      {"renderer sea, display 1", 1.0, 30}});
+    CHECK(levels_of(events) == std::vector<Json>{{"renderer ball, display 1", 1.0, 44},
+                                                 {"renderer ball, display 1", 1.2, 24},
+                                                 {"renderer ball, display 2", 1.0, 9},
+                                                 {"renderer ball, display 2", 1.99, 8},
+                                                 {"renderer sea, display 2", 1.5, 0},
+                                                 {"renderer sea, display 1", 1.0, 30}});
 }
 
 TEST_CASE("a window of one clock has what happens in it and the level of every buffer", "[schedule]") {
-    const std::vector<Json> events = events_of(machine(), [](ScheduleTrace& trace) {
+    std::vector<Json> events = events_of(machine(), [](ScheduleTrace& trace) {
         trace.show_only({100, 100});
         trace.buffer_level(1, 1, 50, 7);
         trace.buffer_level(2, 2, 99, 30);
-        trace.poll(1, {90, 110});
+        trace.bus(1, poll(90, 110));
     });
     REQUIRE(events.size() == 3);
     CHECK(events[0]["name"] == "poll");
     CHECK(events[0]["dur"] == 0.01);
-    CHECK(events[1]["name"] == "renderer ball, display 1");
-    CHECK(events[1]["ts"] == 1.0);
-    CHECK(events[1]["args"]["pixels"] == 7);
-    CHECK(events[2]["name"] == "renderer sea, display 2");
-    CHECK(events[2]["ts"] == 1.0);
-    CHECK(events[2]["args"]["pixels"] == 30);
+    events.erase(events.begin());
+    CHECK(levels_of(events) ==
+          std::vector<Json>{{"renderer ball, display 1", 1.0, 7}, {"renderer sea, display 2", 1.0, 30}});
 }
 
 TEST_CASE("a window that has only the levels it begins with is one in which nothing happens", "[schedule]") {
@@ -572,10 +449,10 @@ TEST_CASE("a window that reaches over the run's end shows what is left, and one 
           "[schedule]") {
     const ScratchDirectory scratch;
     constexpr std::int64_t kForever = std::numeric_limits<std::int64_t>::max();
-    const auto shown = [&scratch](CycleSpan window, CycleSpan poll) {
+    const auto shown = [&scratch](CycleSpan window, CycleSpan polls) {
         ScheduleTrace trace(scratch / "schedule.json", machine());
         trace.show_only(window);
-        trace.poll(1, poll);
+        trace.bus(1, {BusUse::kPoll, polls});
         return trace.finish(1000);
     };
     CHECK_FALSE(shown({1000, kForever}, {0, 2000}));
@@ -594,7 +471,7 @@ TEST_CASE("the file gets its name when it is complete", "[schedule]") {
     const fs::path file = scratch / "schedule.json";
     write_file(file, "the old one");
     auto trace = std::make_unique<ScheduleTrace>(file, machine());
-    trace->poll(1, {0, 9});
+    trace->bus(1, poll(0, 9));
     CHECK(scratch.names().size() == 2);  // one has its temporary name
     CHECK(content(file) == "the old one");
 
@@ -624,48 +501,28 @@ TEST_CASE("a schedule's name ends in .json", "[schedule]") {
     CHECK(scratch.names().empty());
 }
 
-TEST_CASE("a schedule that cannot be written is reported in one line", "[schedule]") {
+TEST_CASE("a schedule that cannot be written is reported in one line, at its beginning or at its end",
+          "[schedule]") {
     const ScratchDirectory scratch;
-    const auto open = [](const fs::path& file) {
-        return failure_of<OutputError>([&] { ScheduleTrace(file, machine()); });
+    const fs::path file = scratch / "folder/schedule.json";
+    const auto write = [&file](int events, const auto& meanwhile) {
+        return failure_of<OutputError>([&] {
+            ScheduleTrace trace(file, machine());
+            meanwhile();
+            for (int n = 0; n < events; ++n) trace.bus(1, poll(n, n));
+            trace.finish(events);
+        });
     };
-
-    SECTION("the folder does not exist") {
-        const fs::path file = scratch / "missing/schedule.json";
-        CHECK(open(file) == "cannot write '" + file.string() + "': No such file or directory");
-    }
-    SECTION("a file stands where the folder should be") {
-        write_file(scratch / "plain", "kept");
-        const fs::path file = scratch / "plain/schedule.json";
-        CHECK(open(file) == "cannot write '" + file.string() + "': Not a directory");
-        CHECK(content(scratch / "plain") == "kept");
-    }
-    SECTION("a folder stands where the file should be") {
-        const fs::path file = scratch / "schedule.json";
-        fs::create_directories(file / "inside");
-        CHECK(open(file) == "cannot write '" + file.string() + "': Is a directory");
-        CHECK(scratch.names() == std::vector<std::string>{"schedule.json"});
-    }
-    SECTION("the folder goes while the run lasts") {
-        const fs::path file = scratch / "folder/schedule.json";
-        fs::create_directories(scratch / "folder");
-        CHECK(failure_of<OutputError>([&] {
-                  ScheduleTrace trace(file, machine());
-                  fs::remove_all(scratch / "folder");
-                  trace.finish(1);
-              }) == "cannot write '" + file.string() + "': No such file or directory");
-    }
-    SECTION("the disk is full") {
-        const int events = GENERATE(1, 20'000);
-        const fs::path file = scratch / "schedule.json";
-        write_file(file, "the old one");
+    const std::string missing = "cannot write '" + file.string() + "': No such file or directory";
+    CHECK(write(1, [] { FAIL("the file was opened"); }) == missing);
+    fs::create_directories(scratch / "folder");
+    CHECK(write(1, [&scratch] { fs::remove_all(scratch / "folder"); }) == missing);
+    fs::create_directories(scratch / "folder");
+    write_file(file, "the old one");
+    for (const int events : {1, 20'000}) {
         const test::FileSizeLimit limit(100);
-        CHECK(failure_of<OutputError>([&] {
-                  ScheduleTrace trace(file, machine());
-                  for (int n = 0; n < events; ++n) trace.poll(1, {n, n});
-                  trace.finish(events);
-              }) == "cannot write '" + file.string() + "': File too large");
-        CHECK(scratch.names() == std::vector<std::string>{"schedule.json"});
+        CHECK(write(events, [] {}) == "cannot write '" + file.string() + "': File too large");
         CHECK(content(file) == "the old one");
+        CHECK(std::distance(fs::directory_iterator(scratch / "folder"), {}) == 1);
     }
 }

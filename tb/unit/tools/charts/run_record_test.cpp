@@ -13,11 +13,11 @@
 
 using namespace metabuffer;
 using namespace metabuffer::test;
-using charts::BusUse;
 using charts::ClockBins;
 using charts::LevelBins;
 using charts::NumberLog;
 using charts::RunRecord;
+using tlm::BusSpan;
 
 namespace {
 
@@ -109,12 +109,11 @@ TEST_CASE("run record: bins of a buffer hold every level between two points", "[
 
 TEST_CASE("run record: spans stand as kind, gap, clocks and what belongs to the kind", "[charts]") {
     RunRecord record(two_renderers());
-    record.poll(1, {4, 9});
-    record.table(1, 3, {10, 12});
-    record.beats(1, 2, 3, 0, 32, 1, {13, 44});
-    record.page_miss(1, 2, 77, {45, 50});
-    record.lost_slot(2, {1, 1});
-    record.beats(2, 1, 0, 0, 0, 0, {5, 4});  // no clock
+    record.bus(1, {BusUse::kPoll, {4, 9}});
+    record.bus(1, {BusUse::kTable, {10, 12}, 3});
+    record.bus(1, {BusUse::kBusy, {13, 44}, 3, 2, 0, 32, 1});
+    record.bus(1, {BusUse::kPageMiss, {45, 50}, 3, 2, 0, 0, 0, 77});
+    record.bus(2, {BusUse::kLost, {1, 1}});
     const charts::Json json = record.json();
     const auto use = [](BusUse kind) { return static_cast<char>(kind); };
     CHECK(unpacked(json["buses"][0]["spans"]) == std::string{use(BusUse::kPoll), 8, 6, use(BusUse::kTable), 0,
@@ -134,7 +133,7 @@ TEST_CASE("run record: beyond the limit spans and levels are counted and stand i
     limits.link_frames = 1;
     RunRecord record(two_renderers(), limits);
     for (int n = 0; n < 3; ++n) {
-        record.poll(1 + n % 2, {10 * n, 10 * n + 3});
+        record.bus(1 + n % 2, {BusUse::kPoll, {10 * n, 10 * n + 3}});
         record.buffer_level(1, 1, 10 * n, 5 * n);
         record.starved(2, 1, {0, n, 1, 2});
         record.column_stall(1, 0, {10 * n, 10 * n});
