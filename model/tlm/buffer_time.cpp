@@ -118,16 +118,16 @@ std::int64_t BufferTime::table_cycle(int frame) const {
 std::int64_t BufferTime::arrived(int frame, std::int64_t through_cycle) const {
     std::int64_t pixels = slot(frame).planned;
     for (const Run& run : runs_) {
-        if (run.frame == frame && last_arrival(run) > through_cycle) {
-            const std::int64_t beats =
-                through_cycle < run.first_arrival
-                    ? 0
-                    : (through_cycle - run.first_arrival) / config_.cycles_per_beat + 1;
-            pixels = std::min(pixels, run.first_pixel + std::min<std::int64_t>(
-                                                            run.pixels, beats * config_.pixels_per_beat));
-        }
+        if (run.frame == frame) pixels -= run.pixels - arrived(run, through_cycle);
     }
     return pixels;
+}
+
+/// Of a run's pixels.
+int BufferTime::arrived(const Run& run, std::int64_t through_cycle) const {
+    if (through_cycle < run.first_arrival) return 0;
+    const std::int64_t beats = (through_cycle - run.first_arrival) / config_.cycles_per_beat + 1;
+    return static_cast<int>(std::min<std::int64_t>(run.pixels, beats * config_.pixels_per_beat));
 }
 
 void BufferTime::start_frame(int frame) {
@@ -153,31 +153,10 @@ void BufferTime::report_needed_step(const Frame& frame) {
     column_.set_needed_step(config_.renderer, step);
 }
 
-/// Reports to the column each pixel that arrives later than the column needs it if nothing else delays the column. Each
-/// pixel is needed at least a step after the one before it, so on a bus with a beat each clock the first pixel of a run
-/// stands for all.
-void BufferTime::report_late_arrivals(const Run& run) {
-    const Segment& segment = slot(run.frame).segment;
-    if (segment.smooths()) {
-        report_smoothed_late_arrivals(run);
-        return;
-    }
-    const FrameTime& time = column_.frame(run.frame);
-    for (std::int64_t i = 0; i < run.pixels; ++i) {
-        const std::int64_t step = config_.renderer + segment.first_use(run.first_pixel + i);
-        const std::int64_t cycle = arrival(run, i);
-        if (cycle > time.extrapolated_cycle(step)) {
-            column_.add_arrival(config_.renderer, step, cycle);
-        }
-        if (config_.cycles_per_beat == 1) {
-            return;
-        }
-    }
-}
-
+/// Reports to the column each pixel that arrives later than the column needs it if nothing else delays the column.
 /// Several pixels may be needed first in the same step. It waits for the last of them, so that one is reported; until it
 /// has come, the step is the needed one.
-void BufferTime::report_smoothed_late_arrivals(const Run& run) {
+void BufferTime::report_late_arrivals(const Run& run) {
     const Segment& segment = slot(run.frame).segment;
     const FrameTime& time = column_.frame(run.frame);
     if (last_arrival(run) <= time.extrapolated_cycle(config_.renderer + segment.first_use(run.first_pixel))) {
@@ -197,6 +176,9 @@ void BufferTime::report_smoothed_late_arrivals(const Run& run) {
         if (cycle > time.extrapolated_cycle(step)) {
             column_.add_arrival(config_.renderer, step, cycle);
         }
+        if (first_stands_for_all(segment)) {
+            return;
+        }
     }
 }
 
@@ -211,12 +193,14 @@ void BufferTime::close_frame(int frame, std::int64_t limit, std::int64_t now) {
     }
     if (!column_.may_stall()) {
         for (Run& run : runs_) {
-            if (run.frame == frame && !run.starved_counted) {
+            if (run.frame == frame && !run.starved_counted && column_.started(frame)) {
                 count_starved_and_late(run, false);
                 run.starved_counted = true;
             }
         }
-        starve_unsent(state, limit);
+        for (std::int64_t k = state.planned; k < state.pixels; ++k) {
+            starve_block(state, k, limit);  // it is not even on its way
+        }
     }
     state.closed = true;
     settle(now);
@@ -266,8 +250,7 @@ void BufferTime::report_decline(const Frame& frame, std::int64_t now) {
         return;
     }
     const auto tell = [this, &frame](std::int64_t cycle) {
-        on_level_(cycle, static_cast<int>(frame.pixels - released(frame, cycle) +
-                                          held_of_previous(frame.number, cycle)));
+        on_level_(cycle, held(frame.number, frame.pixels, cycle));
     };
     for (std::int64_t point = 1; point <= kPoints; ++point) {
         const std::int64_t cycle = newest_arrival_ + (end - newest_arrival_) * point / kPoints;
@@ -338,8 +321,7 @@ const ComposerCounters& BufferTime::finish(std::int64_t through_cycle, std::int6
         if (run.first_arrival > through_cycle) {
             break;
         }
-        const std::int64_t beats = (through_cycle - run.first_arrival) / config_.cycles_per_beat + 1;
-        run.pixels = static_cast<int>(std::min<std::int64_t>(run.pixels, beats * config_.pixels_per_beat));
+        run.pixels = arrived(run, through_cycle);
         count_run(run);
     }
     runs_.clear();
@@ -356,13 +338,8 @@ void BufferTime::count_run(const Run& run) {
     }
     count_high_water(run);
     if (on_level_) report_levels(run);
-    if (!column_.started(run.frame)) {
-        return;
-    }
-    if (!column_.may_stall()) {
+    if (column_.started(run.frame) && (!column_.may_stall() || slot(run.frame).segment.has_unused_pixels())) {
         count_starved_and_late(run, true);
-    } else if (slot(run.frame).segment.has_unused_pixels()) {
-        count_smoothed(run, true);
     }
 }
 
@@ -378,12 +355,13 @@ void BufferTime::count_high_water(const Run& run) {
     }
     std::int64_t& high_water = counters_.buffer_high_water;
     const bool one_a_clock = releases_one_a_clock(run.frame) && releases_one_a_clock(run.frame - 1);
-    if (!one_a_clock && held_with(run, run.pixels, run.first_arrival) <= high_water) {
+    if (!one_a_clock && held(run.frame, run.first_pixel + run.pixels, run.first_arrival) <= high_water) {
         return;  // it would not be more with all that the run releases
     }
     const int first = config_.cycles_per_beat == 1 && one_a_clock ? run.pixels : 1;
     for (int pixels = first; pixels <= run.pixels; ++pixels) {
-        high_water = std::max<std::int64_t>(high_water, held_with(run, pixels, arrival(run, pixels - 1)));
+        high_water = std::max<std::int64_t>(
+            high_water, held(run.frame, run.first_pixel + pixels, arrival(run, pixels - 1)));
     }
 }
 
@@ -391,85 +369,36 @@ void BufferTime::report_levels(const Run& run) {
     const std::int64_t before = run.first_arrival - 1;
     const std::int64_t last = last_arrival(run);
     const auto tell = [this, &run](int pixels, std::int64_t cycle) {
-        on_level_(cycle, held_with(run, pixels, cycle));
+        on_level_(cycle, held(run.frame, run.first_pixel + pixels, cycle));
     };
     // No earlier run lasts until that clock.
     const std::int64_t wanted = wanted_level_cycle_ < last ? std::exchange(wanted_level_cycle_, -1) : -1;
     if (wanted >= 0 && wanted < before) tell(0, wanted);
     tell(0, before);
-    if (wanted > before) {
-        const std::int64_t beats = (wanted - run.first_arrival) / config_.cycles_per_beat + 1;
-        tell(static_cast<int>(beats * config_.pixels_per_beat), wanted);
-    }
+    if (wanted > before) tell(arrived(run, wanted), wanted);
     tell(run.pixels, last);
 }
 
-/// The pixels held at a clock if `pixels` pixels of the run have arrived and nothing after them.
-int BufferTime::held_with(const Run& run, int pixels, std::int64_t cycle) const {
-    const std::int64_t own = run.first_pixel + pixels - released(slot(run.frame), cycle);
-    return static_cast<int>(std::max<std::int64_t>(0, own) + held_of_previous(run.frame, cycle));
+/// The pixels held at a clock if the frame's first `pixels` pixels have arrived and nothing after them.
+int BufferTime::held(int frame, std::int64_t pixels, std::int64_t cycle) const {
+    const std::int64_t own = std::max<std::int64_t>(0, pixels - released(slot(frame), cycle));
+    return static_cast<int>(own + held_of_previous(frame, cycle));
 }
 
-/// `glitch` mode, frame started: a raster position starves if it is composited no later than the clock in which its
-/// pixel is sampled; a pixel whose last position has passed is late.
+/// A raster position starves (`glitch` mode) if it is composited no later than the clock in which the newest of its
+/// pixels is sampled; a pixel whose last position has passed is late. In `stall` mode none starves, but pixels that no
+/// position needs may be late.
 void BufferTime::count_starved_and_late(const Run& run, bool count_late) {
-    Frame& frame = slot(run.frame);
-    if (!column_.started(run.frame)) {
-        return;
-    }
-    const Segment& segment = frame.segment;
-    if (segment.smooths()) {
-        count_smoothed(run, count_late);
-        return;
-    }
-    const std::int64_t base = column_.frame(run.frame).start_cycle() + config_.renderer;
-    const bool in_order = config_.cycles_per_beat == 1;
-    if (in_order && run.first_arrival - base <= segment.first_use(run.first_pixel)) {
-        return;  // and each pixel after it has as much time or more
-    }
-    const bool note_starved = !run.starved_counted && !frame.closed;
-    const ViewportRow& row = segment.row();
-    const int multiple = row.dmultiple;
-    for (std::int64_t i = 0; i < run.pixels; ++i) {
-        const std::int64_t k = run.first_pixel + i;
-        const std::int64_t missing_before = arrival(run, i) - base;  // positions before this one starve
-        if (segment.first_use(k) >= missing_before) {
-            if (in_order) {
-                return;
-            }
-            continue;
-        }
-        if (count_late && segment.last_use(k) < missing_before) {
-            ++counters_.late_pixels;
-        }
-        if (!note_starved) {
-            continue;
-        }
-        const auto column = static_cast<int>(k % row.sdx);
-        const auto source_row = static_cast<int>(k / row.sdx);
-        const int x_begin = std::max(segment.left(), row.dx + column * multiple);
-        const int x_end = std::min(segment.right(), row.dx + (column + 1) * multiple);
-        const int y_begin = std::max(segment.top(), row.dy + source_row * multiple);
-        const int y_end = std::min(segment.bottom(), row.dy + (source_row + 1) * multiple);
-        for (int y = y_begin; y < y_end; ++y) {
-            const std::int64_t reach = missing_before - std::int64_t{y} * config_.raster_width_pixels;
-            if (reach <= x_begin) {
-                break;
-            }
-            add_starved(frame, y, x_begin, static_cast<int>(std::min<std::int64_t>(x_end, reach)));
-        }
-    }
-}
-
-/// The same for a smoothed segment: a raster position starves with the newest of its pixels. In `stall` mode none
-/// starves, but pixels that no position needs may be late.
-void BufferTime::count_smoothed(const Run& run, bool count_late) {
     Frame& frame = slot(run.frame);
     const Segment& segment = frame.segment;
     const FrameTime& time = column_.frame(run.frame);
-    const auto composited_by = [&](std::int64_t cycle) { return time.step_at(cycle) - config_.renderer; };
-    const std::int64_t first_need =
-        std::min(segment.first_use(run.first_pixel), segment.last_use(run.first_pixel));
+    const auto composited_by = [&](std::int64_t cycle) {
+        // Without stalls a step is a clock.
+        const std::int64_t step = column_.may_stall() ? time.step_at(cycle) : cycle - time.start_cycle();
+        return step - config_.renderer;
+    };
+    std::int64_t first_need = segment.first_use(run.first_pixel);
+    if (segment.smooths()) first_need = std::min(first_need, segment.last_use(run.first_pixel));
     if (composited_by(last_arrival(run)) <= first_need) {
         return;  // all have come in time, as no pixel after the first is needed sooner
     }
@@ -478,6 +407,9 @@ void BufferTime::count_smoothed(const Run& run, bool count_late) {
         const std::int64_t k = run.first_pixel + i;
         const std::int64_t missing_before =
             composited_by(arrival(run, i));  // positions before this one starve
+        if (first_stands_for_all(segment) && missing_before <= segment.first_use(k)) {
+            return;  // and each pixel after it has as much time or more
+        }
         if (count_late && segment.last_use(k) < missing_before) {
             ++counters_.late_pixels;
         }
@@ -490,9 +422,9 @@ void BufferTime::count_smoothed(const Run& run, bool count_late) {
 /// The positions before `missing_before` whose newest pixel is k starve.
 void BufferTime::starve_block(Frame& frame, std::int64_t k, std::int64_t missing_before) const {
     const Segment& segment = frame.segment;
-    const auto width = std::int64_t{segment.row().sdx};
-    const Segment::Range columns = segment.newest_columns(static_cast<int>(k % width));
-    const Segment::Range rows = segment.newest_rows(static_cast<int>(k / width));
+    const auto index = static_cast<std::uint32_t>(k);  // a 64-bit division takes several times as long
+    const Segment::Range columns = segment.newest_columns(static_cast<int>(index % segment.row().sdx));
+    const Segment::Range rows = segment.newest_rows(static_cast<int>(index / segment.row().sdx));
     if (columns.begin == columns.end) {
         return;
     }
@@ -514,27 +446,6 @@ void BufferTime::add_starved(Frame& frame, int y, int x_begin, int x_end) const 
         }
     }
     frame.starved.push_back({frame.number, y, x_begin, x_end - 1});
-}
-
-/// For a pixel that is not on its way, every position before `limit` has starved.
-void BufferTime::starve_unsent(Frame& frame, std::int64_t limit) const {
-    const Segment& segment = frame.segment;
-    const ViewportRow& row = segment.row();
-    std::int64_t k = frame.planned;
-    while (k < frame.pixels) {
-        const auto column = static_cast<int>(k % row.sdx);
-        const auto source_row = static_cast<int>(k / row.sdx);
-        const int x_begin = segment.newest_columns(column).begin;
-        const Segment::Range rows = segment.newest_rows(source_row);
-        for (int y = rows.begin; y < rows.end && x_begin < segment.right(); ++y) {
-            const std::int64_t reach = limit - std::int64_t{y} * config_.raster_width_pixels;
-            if (reach <= x_begin) {
-                break;
-            }
-            add_starved(frame, y, x_begin, static_cast<int>(std::min<std::int64_t>(segment.right(), reach)));
-        }
-        k += row.sdx - column;
-    }
 }
 
 }  // namespace metabuffer::tlm

@@ -75,9 +75,8 @@ class BufferTime {
     Verdict busready_in_burst(const BurstBeat& beat, std::int64_t now) const;
     /// Counts a drop of BUSREADY at that clock.
     void count_drop(std::int64_t cycle);
-    /// Pixels of the newest frame on their way or arrived, and the clock that samples the last of them.
+    /// Pixels of the newest frame on their way or arrived.
     std::int64_t planned_pixels() const { return slot(newest_frame_).planned; }
-    std::int64_t newest_arrival_cycle() const { return newest_arrival_; }
     /// Beats that are certain to be sent: `first_pixel` continues the segment.
     void add(const BeatRun& beats, std::int64_t now);
     /// The clock from which another slot is taken. earliest: the first clock in which BUSREADY counts all that was
@@ -155,24 +154,27 @@ class BufferTime {
         return run.first_arrival + index / config_.pixels_per_beat * config_.cycles_per_beat;
     }
     std::int64_t last_arrival(const Run& run) const { return arrival(run, run.pixels - 1); }
+    int arrived(const Run& run, std::int64_t through_cycle) const;
+    /// On a bus with a beat each clock a pixel of a run has at least as much time as the one before it: it is needed at
+    /// least a step later.
+    bool first_stands_for_all(const Segment& segment) const {
+        return config_.cycles_per_beat == 1 && !segment.smooths();
+    }
     std::int64_t released(const Frame& frame, std::int64_t cycle) const;
     std::int64_t held_of_previous(int frame, std::int64_t cycle) const;
     Release release_for(std::int64_t planned, int held_limit) const;
     void report_needed_step(const Frame& frame);
     void report_late_arrivals(const Run& run);
-    void report_smoothed_late_arrivals(const Run& run);
     void settle(std::int64_t now);
     void count_run(const Run& run);
     void report_levels(const Run& run);
     void report_decline(const Frame& frame, std::int64_t now);
     void count_high_water(const Run& run);
-    int held_with(const Run& run, int pixels, std::int64_t cycle) const;
+    int held(int frame, std::int64_t pixels, std::int64_t cycle) const;
     void count_starved_and_late(const Run& run, bool count_late);
-    void count_smoothed(const Run& run, bool count_late);
     void starve_block(Frame& frame, std::int64_t k, std::int64_t missing_before) const;
     bool releases_one_a_clock(int frame) const;
     void add_starved(Frame& frame, int y, int x_begin, int x_end) const;
-    void starve_unsent(Frame& frame, std::int64_t limit) const;
     std::int64_t replayed_positions(const Segment& segment, std::int64_t limit) const;
     bool is_replay(const Segment& segment, int y) const;
 
