@@ -31,9 +31,6 @@ InputFramebuffer::InputFramebuffer(const sc_core::sc_module_name& name, const Sc
       dvi_(clock_period_picoseconds(scenario.clocks.dvi_in_mhz)),
       pixels_per_beat_(pixels_per_beat(scenario.bus, scenario.memory)),
       cycles_per_beat_(cycles_per_beat(scenario.bus)),
-      cycles_per_table_row_(divide_up(8 * kControlRowBytes, scenario.bus.width_bits)),
-      lost_slot_cycles_(lost_slot_cycles(scenario)),
-      stages_(scenario.bus.register_stages),
       delay_cycles_(bus_delay_cycles(scenario.bus, scenario.memory)),
       loop_cycles_(bus_loop_cycles(scenario.bus, scenario.memory)),
       banks_(scenario.pacing, pair_clocks(renderer_), link_timeout_clocks(scenario, renderer_)),
@@ -52,117 +49,6 @@ InputFramebuffer::InputFramebuffer(const sc_core::sc_module_name& name, const Sc
     SC_METHOD(link_process);
     sensitive << link_wake_;
     dont_initialize();
-    agenda_.schedule(bus_, next_cycle_);
-}
-
-// ---- the link's side ----
-
-void InputFramebuffer::take_frame(::tlm::tlm_generic_payload& payload, sc_core::sc_time& /*delay*/) {
-    const auto& frame = content_of<DecodedFrame>(payload);
-    if (scenario_.memory.shared()) {
-        while (has_next_block()) write_block();
-        // A depth frame goes where its colour frame went.
-        link_writes_.next_word = 0;
-        link_writes_.placed = std::none_of(frame.events.begin(), frame.events.end(),
-                                           [](const LinkEvent& event) { return event.colour_start; });
-    }
-    link_pixels_before_ += newest_link_frame_.pixels;
-    newest_link_frame_.first_pixel_edge = frame.first_pixel_edge;
-    newest_link_frame_.pixels = frame.pixels;
-    newest_link_frame_.line_pixels = frame.line_pixels;
-    newest_link_frame_.line_clocks = frame.line_clocks;
-    link_events_.insert(link_events_.end(), frame.events.begin(), frame.events.end());
-    if (settings_.observer != nullptr) report_link_frame(frame);
-    payload.set_response_status(::tlm::TLM_OK_RESPONSE);
-    if (!link_events_.empty()) {
-        wake_link(link_events_.front().edge);
-    }
-}
-
-void InputFramebuffer::report_link_frame(const DecodedFrame& frame) const {
-    LinkFrameSeen seen;
-    seen.kind = frame.kind;
-    seen.pair = frame.number;
-    for (const LinkEvent& event : frame.events) {
-        seen.taken = seen.taken || event.colour_start || event.pair_good;
-        // A colour frame's beginning rejects the pair before it, not this frame.
-        if (event.rejected && !event.colour_start) {
-            seen.taken = false;
-            seen.cause = event.cause;
-        }
-    }
-    const std::int64_t last = std::max<std::int64_t>(0, frame.pixels - 1);
-    const std::int64_t last_edge =
-        frame.first_pixel_edge + last / frame.line_pixels * frame.line_clocks + last % frame.line_pixels;
-    seen.span = {core_.edge_at(dvi_.picoseconds_of(frame.first_pixel_edge)),
-                 core_.edge_at(dvi_.picoseconds_of(last_edge))};
-    settings_.observer->link_frame(settings_.renderer + 1, seen);
-}
-
-void InputFramebuffer::wake_link(std::int64_t edge) {
-    if (edge != kUnknownCycle) {
-        link_wake_.notify(dvi_.until(edge));
-    }
-}
-
-void InputFramebuffer::link_process() {
-    const std::int64_t edge = dvi_.edge_at(now_picoseconds());
-    while (!link_events_.empty() && link_events_.front().edge <= edge) {
-        take_event(link_events_.front(), edge);
-        link_events_.pop_front();
-    }
-    if (request_edge_ <= edge) {
-        request_edge_ = kUnknownCycle;
-        banks_.ask();
-    }
-    if (const auto given = banks_.answer(edge)) {
-        answer(*given == PairKeeper::Answer::kFresh, edge);
-    }
-    pair_request_o.write(banks_.wants_pair());
-    wake_link(next_link_edge(edge));
-}
-
-/// The next clock in which something may change.
-std::int64_t InputFramebuffer::next_link_edge(std::int64_t edge) const {
-    std::int64_t next = std::min(request_edge_, banks_.next_timer(edge).value_or(kUnknownCycle));
-    if (!link_events_.empty()) {
-        next = std::min(next, link_events_.front().edge);
-    }
-    return next;
-}
-
-void InputFramebuffer::take_event(const LinkEvent& event, std::int64_t edge) {
-    const PairKeeper::Taken taken = banks_.take(event, edge);
-    counters_.dropped_frames += taken.dropped_pairs;
-    if (event.colour_start) {
-        filling_table_ = event.table;
-        link_writes_.placed = true;
-        link_writes_.first_word = first_word_of(!front_device_);
-    }
-    if (taken.pair_accepted) {
-        back_ = event;
-        ValidatedTable table = validate_table(filling_table_, limits_);
-        counters_.add_rejected_rows(event.number, table);
-        SentSlots slots = machine_slots(scenario_.bus, table, event.payload);
-        counters_.rejected_slot_tables += slots.rejected ? 1 : 0;
-        back_slots_ = std::move(slots.slots);
-        back_rows_ = std::move(table.rows);
-    }
-}
-
-void InputFramebuffer::answer(bool fresh, std::int64_t edge) {
-    if (fresh) {
-        front_rows_ = back_rows_;
-        front_slots_ = back_slots_;
-        front_device_ = !front_device_;
-        front_source_ = {static_cast<int>(back_.number), true, dvi_.picoseconds_of(back_.last_pixel_edge)};
-        if (settings_.cache != nullptr) {
-            front_content_ = settings_.cache->content(*back_.colour, *back_.depth);
-        }
-    }
-    answer_fresh_ = fresh;
-    state_ = State::kStart;
-    next_cycle_ = core_.edge_seeing(dvi_.picoseconds_of(edge));
     agenda_.schedule(bus_, next_cycle_);
 }
 
@@ -203,8 +89,17 @@ bool InputFramebuffer::is_certain() const {
         return state_ != State::kBurst;
     }
     return std::all_of(rows_.begin(), rows_.end(), [this](const Row& row) {
-        return row.sent == row.pixels || row.slot.cycle != kUnknownCycle || row.slot.not_before > next_cycle_;
+        return row.left == 0 || row.slot.cycle != kUnknownCycle || row.slot.not_before > next_cycle_;
     });
+}
+
+/// In words of the memory.
+std::int64_t InputFramebuffer::address_of_next(const Row& row) const {
+    const ViewportRow& table_row = row.segment.row();
+    const auto sent = static_cast<std::uint32_t>(row.sent);  // a 64-bit division takes several times as long
+    const std::int64_t y = table_row.sy + sent / table_row.sdx;
+    const std::int64_t x = table_row.sx + sent % table_row.sdx;
+    return first_word_of(front_device_) + y * renderer_.image_width_pixels + x;
 }
 
 void InputFramebuffer::ask_for_frame(std::int64_t cycle) {
@@ -220,27 +115,21 @@ void InputFramebuffer::ask_for_frame(std::int64_t cycle) {
 
 void InputFramebuffer::start_frame(std::int64_t cycle) {
     ++frames_started_;
-    if (!answer_fresh_) {
+    if (!front_.source.fresh) {
         ++counters_.repeated_frames;
     }
-    frame_sources_.push_back(front_source_);
-    frame_sources_.back().fresh = answer_fresh_;
+    frame_sources_.push_back(front_.source);
     rows_.clear();
     pixels_left_ = 0;
-    for (const ViewportRow& table_row : front_rows_) {
-        Row row;
-        row.address = std::int64_t{table_row.sy} * renderer_.image_width_pixels + table_row.sx;
-        if (scenario_.memory.shared()) row.address += first_word_of(front_device_);
-        row.segment =
-            Segment(table_row, limits_.raster_width_pixels, limits_.raster_height_pixels, limits_.smoothing);
-        row.pixels = row.segment.pixels();
-        pixels_left_ += row.pixels;
-        rows_.push_back(row);
+    for (const ViewportRow& row : front_.rows) {
+        rows_.push_back(
+            {Segment(row, limits_.raster_width_pixels, limits_.raster_height_pixels, limits_.smoothing)});
+        pixels_left_ += rows_.back().left;
     }
     requests_.assign(rows_.size(), BusRequest{});
-    policy_->start_frame(front_slots_, rows_.size());
+    policy_->start_frame(front_.slots, rows_.size());
     constexpr std::int64_t kStartClocks = 2;  // the arbiter sees the frame's start, then its first request
-    slot_table_cycle_ = cycle + kStartClocks + scenario_.bus.build_cycles(front_slots_.size());
+    slot_table_cycle_ = cycle + kStartClocks + scenario_.bus.build_cycles(front_.slots.size());
     new_frame_ = true;
     state_ = State::kTable;
     record_.begin_poll(cycle + 1);
@@ -249,18 +138,18 @@ void InputFramebuffer::start_frame(std::int64_t cycle) {
 
 /// The clock of the frame-start beat, if it is known.
 std::int64_t InputFramebuffer::table_cycle() const {
-    const int frame = frames_started_ - 1;
-    const TableReady& ready = table_ready_[static_cast<std::size_t>(frame % kFramesKept)];
-    if (ready.frame != frame || ready.composers < limits_.displays) {
+    const TableReady& ready = table_ready_[static_cast<std::size_t>(frame() % kFramesKept)];
+    if (ready.frame != frame() || ready.composers < limits_.displays) {
         return kUnknownCycle;
     }
-    return std::max({record_.poll_began(), ready.cycle + 1 + stages_, table_counted_from_});
+    return std::max(
+        {record_.poll_began(), ready.cycle + 1 + scenario_.bus.register_stages, table_counted_from_});
 }
 
 BusTransfer& InputFramebuffer::transfer(int display) {
     ::tlm::tlm_generic_payload& payload = bus_transfer_.payload();
     payload.set_address(static_cast<sc_dt::uint64>(display));
-    bus_transfer_->frame = frames_started_ - 1;
+    bus_transfer_->frame = frame();
     sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
     bus_socket->b_transport(payload, delay);
     if (!payload.is_response_ok()) {
@@ -275,16 +164,17 @@ BusTransfer& InputFramebuffer::transfer(int display) {
 void InputFramebuffer::send_table(std::int64_t cycle) {
     record_.end_poll(cycle);
     table_counted_from_ = cycle + kAnswerClocks + loop_cycles_;
-    const auto row_count = static_cast<std::int64_t>(rows_.size());
-    const std::int64_t last_beat = cycle + row_count * cycles_per_table_row_;
-    record_.add({BusUse::kTable, {cycle, last_beat}, frames_started_ - 1});
+    const int row_cycles = divide_up(8 * kControlRowBytes, scenario_.bus.width_bits);
+    const std::int64_t last_beat = cycle + static_cast<std::int64_t>(rows_.size()) * row_cycles;
+    record_.add({BusUse::kTable, {cycle, last_beat}, frame()});
     state_ = State::kSend;
     next_cycle_ = last_beat + 1;
-    if (pixels_left_ > 0 && slot_table_cycle_ > next_cycle_)
+    if (pixels_left_ > 0 && slot_table_cycle_ > next_cycle_) {
         wait_for_arbiter(slot_table_cycle_ - next_cycle_);
+    }
     std::vector<const Row*> row_of(static_cast<std::size_t>(limits_.displays), nullptr);
     for (Row& row : rows_) {
-        row_of[row.segment.row().dcomp - std::size_t{1}] = &row;
+        row_of[row.display() - std::size_t{1}] = &row;
         row.slot = SlotTime{next_cycle_, 0, 0, 0};
     }
     bus_transfer_->kind = BusTransfer::Kind::kTable;
@@ -298,15 +188,14 @@ void InputFramebuffer::send_table(std::int64_t cycle) {
     bus_transfer_->content.reset();
     // The buffers may still be full of the frame before.
     for (Row& row : rows_) {
-        row.earliest_slot = std::max(next_cycle_, counted_from_[row.segment.row().dcomp - std::size_t{1}]);
-        ask_for_slot(row);
+        ask_for_slot(row, std::max(next_cycle_, counted_from_[row.display() - std::size_t{1}]));
     }
 }
 
 void InputFramebuffer::arbitrate(std::int64_t cycle) {
     for (std::size_t i = 0; i < rows_.size(); ++i) {
         const Row& row = rows_[i];
-        requests_[i].pending = row.sent < row.pixels;
+        requests_[i].pending = row.left > 0;
         requests_[i].ready = row.slot.cycle <= cycle;
         if (requests_[i].pending && goes_by_deadlines(scenario_.bus.arbitration)) {
             requests_[i].deadline = row.segment.first_use(row.sent);
@@ -318,15 +207,13 @@ void InputFramebuffer::arbitrate(std::int64_t cycle) {
             record_.begin_poll(cycle);
             next_cycle_ = kUnknownCycle;
             for (const Row& row : rows_) {
-                if (row.sent < row.pixels) {
-                    next_cycle_ = std::min(next_cycle_, row.slot.cycle);
-                }
+                if (row.left > 0) next_cycle_ = std::min(next_cycle_, row.slot.cycle);
             }
             return;
         case BusGrant::Kind::kLost: {
             next_cycle_ = cycle;
             wait_for_arbiter(scenario_.bus.grant_cycles);
-            const CycleSpan lost{next_cycle_, next_cycle_ + lost_slot_cycles_ - 1};
+            const CycleSpan lost{next_cycle_, next_cycle_ + lost_slot_cycles(scenario_) - 1};
             next_cycle_ = lost.last + 1;
             record_.add({BusUse::kLost, lost});
             return;
@@ -338,8 +225,7 @@ void InputFramebuffer::arbitrate(std::int64_t cycle) {
             record_.add_burst(next_cycle_, grant.recovered_slots);
             if (grant.recovered_slots > 0 && !first_recovered_slot_.happened()) {
                 first_recovered_slot_.cycle = next_cycle_;
-                first_recovered_slot_.display =
-                    rows_[static_cast<std::size_t>(grant.row)].segment.row().dcomp;
+                first_recovered_slot_.display = rows_[static_cast<std::size_t>(grant.row)].display();
             }
             start_burst(grant.row, grant.recovered_slots);
             return;
@@ -348,6 +234,7 @@ void InputFramebuffer::arbitrate(std::int64_t cycle) {
 
 /// Lets clocks pass from next_cycle_ on.
 void InputFramebuffer::wait_for_arbiter(std::int64_t clocks) {
+    if (clocks == 0) return;
     record_.add({BusUse::kGrant, {next_cycle_, next_cycle_ + clocks - 1}});
     next_cycle_ += clocks;
 }
@@ -355,8 +242,7 @@ void InputFramebuffer::wait_for_arbiter(std::int64_t clocks) {
 void InputFramebuffer::start_burst(int row, int recovered_slots) {
     const Row& granted = rows_[static_cast<std::size_t>(row)];
     burst_row_ = row;
-    burst_left_ =
-        static_cast<int>(std::min<std::int64_t>(scenario_.bus.burst_pixels, granted.pixels - granted.sent));
+    burst_left_ = static_cast<int>(std::min<std::int64_t>(scenario_.bus.burst_pixels, granted.left));
     burst_beats_ = 0;
     recovered_slots_ = recovered_slots;
     at_cycle_ = next_cycle_;
@@ -415,8 +301,8 @@ std::int64_t InputFramebuffer::judge_beats() {
     while (stop_cycle_ == kUnknownCycle && !unjudged_.empty()) {
         bus_transfer_->kind = BusTransfer::Kind::kVerdict;
         bus_transfer_->beat = unjudged_.front();
-        const std::int64_t read = unjudged_.front().sampled + 1 + stages_;
-        const BusTransfer& answer = transfer(rows_[static_cast<std::size_t>(burst_row_)].segment.row().dcomp);
+        const std::int64_t read = unjudged_.front().sampled + 1 + scenario_.bus.register_stages;
+        const BusTransfer& answer = transfer(rows_[static_cast<std::size_t>(burst_row_)].display());
         if (answer.verdict == BufferTime::Verdict::kUndecided) {
             return read;
         }
@@ -436,12 +322,14 @@ void InputFramebuffer::go_on_at(std::int64_t cycle) {
 /// Asks the memory for what is left of the burst.
 void InputFramebuffer::access_memory(const Row& row) {
     ::tlm::tlm_generic_payload& payload = memory_access_.payload();
-    payload.set_address(static_cast<sc_dt::uint64>(row.address) * kBytesPerWord);
+    payload.set_address(static_cast<sc_dt::uint64>(address_of_next(row)) * kBytesPerWord);
     payload.set_data_length(static_cast<unsigned>(burst_left_) * kBytesPerWord);
+    const std::uint32_t row_words = row.segment.row().sdx;
     memory_access_->new_frame = std::exchange(new_frame_, false);
     memory_access_->cycle = at_cycle_;
-    memory_access_->first_row_words = row.segment.row().sdx - row.column;
-    memory_access_->row_words = row.segment.row().sdx;
+    memory_access_->first_row_words =
+        static_cast<int>(row_words - static_cast<std::uint32_t>(row.sent) % row_words);
+    memory_access_->row_words = static_cast<int>(row_words);
     memory_access_->stride_words = renderer_.image_width_pixels;
     if (scenario_.memory.shared()) write_blocks(at_cycle_);
     sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
@@ -469,11 +357,12 @@ void InputFramebuffer::break_off_opening(std::int64_t cycle) {
 
 /// Lets the first `clocks` clocks of a wait pass.
 void InputFramebuffer::wait_for_memory(const MemoryAccess& access, std::int64_t clocks) {
+    if (clocks == 0 && !access.page_miss) return;
     static constexpr std::array kUses{BusUse::kPageMiss, BusUse::kRefresh, BusUse::kWrite};  // by Wait
     const Row& row = rows_[static_cast<std::size_t>(burst_row_)];
     BusSpan span{kUses[static_cast<std::size_t>(access.wait)], {at_cycle_, at_cycle_ + clocks - 1}};
-    span.display = row.segment.row().dcomp;
-    span.word_address = row.address;
+    span.display = row.display();
+    span.word_address = address_of_next(row);
     span.page_misses = access.page_miss ? 1 : 0;
     record_.add(span);
     at_cycle_ += clocks;
@@ -488,16 +377,6 @@ int InputFramebuffer::pixels_before(std::int64_t cycle, int pixels) const {
     return static_cast<int>(std::min<std::int64_t>(pixels, beats * pixels_per_beat_));
 }
 
-void InputFramebuffer::advance(Row& row, int pixels) const {
-    row.sent += pixels;
-    row.address += pixels;
-    row.column += pixels;
-    while (row.column >= row.segment.row().sdx) {
-        row.column -= row.segment.row().sdx;
-        row.address += renderer_.image_width_pixels - row.segment.row().sdx;
-    }
-}
-
 /// Puts up to `pixels` pixels on the bus, beat by beat from at_cycle_ on; fewer if BUSREADY falls, or may fall, at a
 /// beat.
 void InputFramebuffer::send_beats(int pixels) {
@@ -508,13 +387,13 @@ void InputFramebuffer::send_beats(int pixels) {
     // After a beat at which BUSREADY falls or may fall, the next beats go out without asking, up to the clock that
     // reads it.
     bus_transfer_->heed_busready = may_cut_ && unjudged_.empty() && stop_cycle_ == kUnknownCycle;
-    const BusTransfer& answer = transfer(row.segment.row().dcomp);
+    const BusTransfer& answer = transfer(row.display());
     const int taken = answer.pixels_taken;
     const int beats = divide_up(taken, pixels_per_beat_);
     const CycleSpan span{at_cycle_, at_cycle_ + std::int64_t{beats} * cycles_per_beat_ - 1};
     const std::int64_t sampled = span.last + delay_cycles_ + 1;
     if (answer.verdict == BufferTime::Verdict::kDropped) {
-        stop_cycle_ = sampled + 1 + stages_;
+        stop_cycle_ = sampled + 1 + scenario_.bus.register_stages;
     } else if (answer.verdict == BufferTime::Verdict::kUndecided) {
         unjudged_.push_back({row.sent + taken, sampled, burst_left_ - taken});
     } else if (may_cut_ && !unjudged_.empty()) {
@@ -524,9 +403,10 @@ void InputFramebuffer::send_beats(int pixels) {
                                  burst_left_ - sent});
         }
     }
-    record_.add({BusUse::kBusy, span, frames_started_ - 1, row.segment.row().dcomp, row.sent, taken,
-                 std::exchange(recovered_slots_, 0)});
-    advance(row, taken);
+    record_.add(
+        {BusUse::kBusy, span, frame(), row.display(), row.sent, taken, std::exchange(recovered_slots_, 0)});
+    row.sent += taken;
+    row.left -= taken;
     pixels_left_ -= taken;
     burst_left_ -= taken;
     burst_beats_ += beats;
@@ -546,17 +426,14 @@ void InputFramebuffer::end_burst(bool whole) {
         scenario_.composer.buffer_pixels - last_beat_pixels_ >= scenario_.composer.ready_space_pixels;
     constexpr int kAnswered = kAnswerClocks - 1;  // the clock before has sent the last beat
     const std::int64_t counted_from = trusted ? at_cycle_ : at_cycle_ + kAnswered + loop_cycles_;
-    counted_from_[row.segment.row().dcomp - std::size_t{1}] = counted_from;
-    if (row.sent < row.pixels) {
-        row.earliest_slot = counted_from;
-        ask_for_slot(row);
-    }
+    counted_from_[row.display() - std::size_t{1}] = counted_from;
+    if (row.left > 0) ask_for_slot(row, counted_from);
 }
 
-void InputFramebuffer::ask_for_slot(Row& row) {
+void InputFramebuffer::ask_for_slot(Row& row, std::int64_t earliest) {
     bus_transfer_->kind = BusTransfer::Kind::kEndOfBurst;
-    bus_transfer_->earliest = row.earliest_slot;
-    row.slot = transfer(row.segment.row().dcomp).slot;
+    bus_transfer_->earliest = earliest;
+    row.slot = transfer(row.display()).slot;
 }
 
 /// A notice may come while this bus plans a burst: the pixels that it has sent may start a column. The notice only
@@ -579,7 +456,7 @@ void InputFramebuffer::ask_for_slot(Row& row) {
     }
     const auto display = static_cast<int>(payload.get_address());
     for (Row& row : rows_) {
-        if (row.segment.row().dcomp == display && row.sent < row.pixels) {
+        if (row.display() == display && row.left > 0) {
             row.slot.cycle = notice.slot_cycle;
             if (state_ == State::kSend && record_.polls() && notice.slot_cycle < next_cycle_) {
                 next_cycle_ = notice.slot_cycle;
@@ -588,70 +465,6 @@ void InputFramebuffer::ask_for_slot(Row& row) {
         }
     }
     return ::tlm::TLM_ACCEPTED;
-}
-
-// ---- shared ports ----
-
-std::int64_t InputFramebuffer::next_block_words() const {
-    const LinkWrites& writes = link_writes_;
-    return std::min<std::int64_t>(scenario_.memory.write_block_words,
-                                  renderer_.image_words() - writes.next_word);
-}
-
-/// A frame that is broken off leaves its last block unwritten.
-bool InputFramebuffer::has_next_block() const {
-    return link_writes_.next_word < renderer_.image_words() &&
-           link_writes_.next_word + next_block_words() <= newest_link_frame_.pixels;
-}
-
-/// The first clock in which the memory may write the next block.
-std::int64_t InputFramebuffer::next_block_cycle() const {
-    constexpr int kBufferClocks = 1;  // from the clock in which the framebuffer receives a block's last pixel
-    const DecodedFrame& frame = newest_link_frame_;
-    const std::int64_t last = link_writes_.next_word + next_block_words() - 1;
-    const std::int64_t edge = frame.first_pixel_edge + last / frame.line_pixels * frame.line_clocks +
-                              last % frame.line_pixels + kBufferClocks;
-    return core_.edge_seeing(dvi_.picoseconds_of(edge)) + 1;
-}
-
-void InputFramebuffer::write_block() {
-    const std::int64_t words = next_block_words();
-    Message<MemoryAccess> message;
-    ::tlm::tlm_generic_payload& payload = message.payload();
-    payload.set_address(static_cast<sc_dt::uint64>(link_writes_.first_word + link_writes_.next_word) *
-                        kBytesPerWord);
-    payload.set_data_length(static_cast<unsigned>(words) * kBytesPerWord);
-    message->write = true;
-    message->settled_before = agenda_.now();
-    message->cycle = newest_block_cycle_ = next_block_cycle();
-    sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
-    memory_socket->b_transport(payload, delay);
-    link_writes_.next_word += words;
-}
-
-/// Sends the memory the blocks that it may write before a clock, and one more.
-void InputFramebuffer::write_blocks(std::int64_t cycle) {
-    while (link_writes_.placed && has_next_block() && newest_block_cycle_ <= cycle) {
-        write_block();
-    }
-}
-
-/// No block that is not known yet can be written before this clock.
-std::int64_t InputFramebuffer::writes_known_before() const {
-    if (!scenario_.memory.shared()) {
-        return kUnknownCycle;
-    }
-    if (!link_writes_.placed && has_next_block()) {
-        return next_block_cycle();
-    }
-    // The next frame is reported in its first clock.
-    const DviTiming timing = renderer_.timing();
-    constexpr int kLinesBeforePixels = DviTiming::kVerticalBackLines + 1;
-    const std::int64_t edge =
-        dvi_.edge_at(core_.picoseconds_of(agenda_.now())) +
-        std::int64_t{kLinesBeforePixels} * timing.line_clocks() +
-        std::min<std::int64_t>(scenario_.memory.write_block_words, renderer_.image_words());
-    return core_.edge_seeing(dvi_.picoseconds_of(edge)) + 1;
 }
 
 // ---- what a run reports ----
@@ -667,26 +480,14 @@ std::int64_t InputFramebuffer::bus_progress(std::int64_t through_cycle) const {
     return bus.pixels_sent + bus.table_cycles;
 }
 
-std::int64_t InputFramebuffer::link_pixels(std::int64_t through_edge) const {
-    const DecodedFrame& frame = newest_link_frame_;
-    const std::int64_t clocks = through_edge - frame.first_pixel_edge + 1;
-    if (clocks <= 0 || frame.pixels == 0) {
-        return link_pixels_before_;
-    }
-    const std::int64_t pixels = clocks / frame.line_clocks * frame.line_pixels +
-                                std::min<std::int64_t>(clocks % frame.line_clocks, frame.line_pixels);
-    return link_pixels_before_ + std::min(frame.pixels, pixels);
-}
-
 std::string InputFramebuffer::waiting_for(std::int64_t through_cycle) const {
-    const std::int64_t frame = frames_started_ - 1;
     switch (state_) {
         case State::kRequest:
         case State::kWait:
         case State::kStart:
             return waits::for_pair(frames_started_);
         case State::kTable:
-            return waits::for_tableready(frame);
+            return waits::for_tableready(frame());
         case State::kSend:
         case State::kBurst: {
             if (const auto waits = record_.waiting_for(through_cycle)) return *waits;
@@ -696,11 +497,11 @@ std::string InputFramebuffer::waiting_for(std::int64_t through_cycle) const {
             for (std::size_t i = 0; i < rows_.size(); ++i) {
                 const Row& row = rows_[i];
                 const bool in_burst = unsent > 0 && static_cast<int>(i) == burst_row_;
-                if (in_burst || row.sent < row.pixels) {
-                    displays.push_back(row.segment.row().dcomp);
+                if (in_burst || row.left > 0) {
+                    displays.push_back(row.display());
                 }
             }
-            return waits::for_busready(displays, pixels_left_ + unsent, frame);
+            return waits::for_busready(displays, pixels_left_ + unsent, frame());
         }
         case State::kDone:
             return {};

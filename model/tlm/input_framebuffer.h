@@ -91,12 +91,11 @@ class InputFramebuffer final : public sc_core::sc_module, public Decider {
     };
     struct Row {
         Segment segment;
-        std::int64_t pixels = 0;
+        std::int64_t left = segment.pixels();  ///< pixels to be sent
         std::int64_t sent = 0;
-        std::int64_t address = 0;  ///< of the next pixel
-        int column = 0;
-        SlotTime slot;
-        std::int64_t earliest_slot = 0;
+        SlotTime slot{};
+
+        int display() const { return segment.row().dcomp; }
     };
     struct TableReady {
         int frame = -1;
@@ -104,6 +103,8 @@ class InputFramebuffer final : public sc_core::sc_module, public Decider {
         std::int64_t cycle = 0;
     };
 
+    int frame() const { return frames_started_ - 1; }  ///< the newest one
+    std::int64_t address_of_next(const Row& row) const;
     void ask_for_frame(std::int64_t cycle);
     void start_frame(std::int64_t cycle);
     std::int64_t table_cycle() const;
@@ -119,12 +120,11 @@ class InputFramebuffer final : public sc_core::sc_module, public Decider {
     std::int64_t judge_beats();
     void go_on_at(std::int64_t cycle);
     void end_burst(bool whole);
-    void ask_for_slot(Row& row);
+    void ask_for_slot(Row& row, std::int64_t earliest);
     BusTransfer& transfer(int display);
     ::tlm::tlm_sync_enum take_notice(::tlm::tlm_generic_payload& payload, ::tlm::tlm_phase& phase,
                                      sc_core::sc_time& delay);
     void wait_for_arbiter(std::int64_t clocks);
-    void advance(Row& row, int pixels) const;
 
     // ---- shared ports ----
     /// What a frame on the link has written: blocks of words, in order.
@@ -134,7 +134,8 @@ class InputFramebuffer final : public sc_core::sc_module, public Decider {
         std::int64_t first_word = 0;  ///< of the image, in the memory
     };
     std::int64_t first_word_of(bool device) const {
-        return device ? scenario_.memory.device_words(renderer_.image_words()) : std::int64_t{0};
+        const MemoryConfig& memory = scenario_.memory;
+        return memory.shared() && device ? memory.device_words(renderer_.image_words()) : std::int64_t{0};
     }
     std::int64_t next_block_words() const;
     bool has_next_block() const;
@@ -153,29 +154,29 @@ class InputFramebuffer final : public sc_core::sc_module, public Decider {
     ClockDomain dvi_;
     int pixels_per_beat_;
     int cycles_per_beat_;
-    int cycles_per_table_row_;
-    int lost_slot_cycles_;
-    int stages_;        ///< registers on the bus, and as many on the way back
     int delay_cycles_;  ///< a beat reaches the composers this much later
     int loop_cycles_;   ///< and its answer is read this much later
 
     // The link's side.
+    /// A whole pair.
+    struct Pair {
+        ViewportTable rows;
+        std::vector<int> slots;  ///< rows by slot
+        FrameSource source;
+        const StoredImage* colour = nullptr;
+        const StoredImage* depth = nullptr;
+    };
     sc_core::sc_event link_wake_;
     std::deque<LinkEvent> link_events_;
-    DecodedFrame newest_link_frame_;
+    LinkPixels link_frame_;  ///< the newest
     std::int64_t link_pixels_before_ = 0;
     PairKeeper banks_;
     ViewportTable filling_table_;  ///< of the pair under way
-    LinkEvent back_;               ///< the whole pair in the back bank
-    ViewportTable back_rows_;
-    std::vector<int> back_slots_;
-    std::int64_t request_edge_ = kUnknownCycle;  ///< at which the request is seen
-    ViewportTable front_rows_;
-    std::vector<int> front_slots_;  ///< rows by slot
-    FrameSource front_source_;
+    Pair back_;
+    Pair front_;
     FrameContent front_content_;
-    bool answer_fresh_ = false;
-    bool front_device_ = false;  ///< of the memory, numbered as at level rtl
+    std::int64_t request_edge_ = kUnknownCycle;  ///< at which the request is seen
+    bool front_device_ = false;                  ///< of the memory, numbered as at level rtl
     LinkWrites link_writes_;
     std::int64_t newest_block_cycle_ = -1;  ///< of the last block reported to the memory
 

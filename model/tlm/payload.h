@@ -117,15 +117,30 @@ struct LinkEvent : PairEvent {
     std::int64_t last_pixel_edge = 0;  ///< with pair_good: the DVI input clock of the pair's last pixel
 };
 
-/// dvi_decoder to input_framebuffer: a frame and the decoder's events for it.
-struct DecodedFrame : Extension<DecodedFrame> {
-    std::vector<LinkEvent> events;      ///< in order of time
-    std::optional<FrameKind> kind;      ///< none: the control scanline cannot be read
-    std::uint32_t number = 0;           ///< with kind
-    std::int64_t first_pixel_edge = 0;  ///< DVI input clock in which the first pixel reaches the framebuffer
-    std::int64_t pixels = 0;            ///< pixels that reach it, line by line
+/// The pixels of a frame as they reach the input framebuffer, line by line.
+struct LinkPixels {
+    std::int64_t first_pixel_edge = 0;  ///< DVI input clock of the first one
+    std::int64_t pixels = 0;
     int line_pixels = 0;
     int line_clocks = 0;
+
+    std::int64_t edge_of(std::int64_t pixel) const {
+        return first_pixel_edge + pixel / line_pixels * line_clocks + pixel % line_pixels;
+    }
+    /// How many have come by the end of a DVI input clock.
+    std::int64_t come(std::int64_t through_edge) const {
+        const std::int64_t clocks = through_edge - first_pixel_edge + 1;
+        if (clocks <= 0 || pixels == 0) return 0;
+        return std::min(pixels, clocks / line_clocks * line_pixels +
+                                    std::min<std::int64_t>(clocks % line_clocks, line_pixels));
+    }
+};
+
+/// dvi_decoder to input_framebuffer: a frame and the decoder's events for it.
+struct DecodedFrame : Extension<DecodedFrame>, LinkPixels {
+    std::vector<LinkEvent> events;  ///< in order of time
+    std::optional<FrameKind> kind;  ///< none: the control scanline cannot be read
+    std::uint32_t number = 0;       ///< with kind
 };
 
 /// A memory word holds a pixel.
