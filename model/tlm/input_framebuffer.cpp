@@ -110,7 +110,7 @@ void InputFramebuffer::ask_for_frame(std::int64_t cycle) {
     }
     state_ = State::kWait;
     request_edge_ = dvi_.edge_seeing(core_.picoseconds_of(cycle));
-    wake_link(next_link_edge(dvi_.edge_at(now_picoseconds())));
+    wake_link();
 }
 
 void InputFramebuffer::start_frame(std::int64_t cycle) {

@@ -76,8 +76,7 @@ class InputFramebuffer final : public sc_core::sc_module, public Decider {
     void link_process();
     void take_event(const LinkEvent& event, std::int64_t edge);
     void answer(bool fresh, std::int64_t edge);
-    void wake_link(std::int64_t edge);
-    std::int64_t next_link_edge(std::int64_t edge) const;
+    void wake_link();
 
     // ---- the bus side (core clock) ----
     enum class State : std::uint8_t {

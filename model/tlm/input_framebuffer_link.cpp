@@ -21,9 +21,7 @@ void InputFramebuffer::take_frame(::tlm::tlm_generic_payload& payload, sc_core::
     link_events_.insert(link_events_.end(), frame.events.begin(), frame.events.end());
     if (settings_.observer != nullptr) report_link_frame(frame);
     payload.set_response_status(::tlm::TLM_OK_RESPONSE);
-    if (!link_events_.empty()) {
-        wake_link(link_events_.front().edge);
-    }
+    wake_link();
 }
 
 void InputFramebuffer::report_link_frame(const DecodedFrame& frame) const {
@@ -44,10 +42,12 @@ void InputFramebuffer::report_link_frame(const DecodedFrame& frame) const {
     settings_.observer->link_frame(settings_.renderer + 1, seen);
 }
 
-void InputFramebuffer::wake_link(std::int64_t edge) {
-    if (edge != kUnknownCycle) {
-        link_wake_.notify(dvi_.until(edge));
-    }
+/// At the next clock in which something may change.
+void InputFramebuffer::wake_link() {
+    const std::int64_t edge = dvi_.edge_at(now_picoseconds());
+    std::int64_t next = std::min(request_edge_, banks_.next_timer(edge).value_or(kUnknownCycle));
+    if (!link_events_.empty()) next = std::min(next, link_events_.front().edge);
+    if (next != kUnknownCycle) link_wake_.notify(dvi_.until(next));
 }
 
 void InputFramebuffer::link_process() {
@@ -64,16 +64,7 @@ void InputFramebuffer::link_process() {
         answer(*given == PairKeeper::Answer::kFresh, edge);
     }
     pair_request_o.write(banks_.wants_pair());
-    wake_link(next_link_edge(edge));
-}
-
-/// The next clock in which something may change.
-std::int64_t InputFramebuffer::next_link_edge(std::int64_t edge) const {
-    std::int64_t next = std::min(request_edge_, banks_.next_timer(edge).value_or(kUnknownCycle));
-    if (!link_events_.empty()) {
-        next = std::min(next, link_events_.front().edge);
-    }
-    return next;
+    wake_link();
 }
 
 void InputFramebuffer::take_event(const LinkEvent& event, std::int64_t edge) {

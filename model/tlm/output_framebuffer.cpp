@@ -20,7 +20,9 @@ OutputFramebuffer::OutputFramebuffer(const sc_core::sc_module_name& name, const 
       colour_table_(scenario.displays.colour_table_of(display)) {
     pipe_socket.register_b_transport(this, &OutputFramebuffer::take_band);
     pipe_socket.register_nb_transport_fw(this, &OutputFramebuffer::take_startframe);
-    swap_lock.add_listener(*this);
+    swap_lock.on_swap([this](int frame, std::int64_t pipeready_cycle, std::int64_t shown_picoseconds) {
+        take_swap(frame, pipeready_cycle, shown_picoseconds);
+    });
     SC_METHOD(show);
     sensitive << shown_event_;
     dont_initialize();
@@ -66,7 +68,7 @@ void OutputFramebuffer::take_band(::tlm::tlm_generic_payload& payload, sc_core::
     }
 }
 
-void OutputFramebuffer::swapped(int frame, std::int64_t pipeready_cycle, std::int64_t shown_picoseconds) {
+void OutputFramebuffer::take_swap(int frame, std::int64_t pipeready_cycle, std::int64_t shown_picoseconds) {
     showing_.push_back({frame, shown_picoseconds});
     if (showing_.size() == 1) {
         wait_for_end_of_frame();

@@ -18,9 +18,9 @@
 namespace metabuffer::tlm {
 
 /// An output framebuffer, box D of the paper's Figure 1 (sections 2, 4, 5.4 and 7): receives the pixels of its pipeline,
-/// averages them, corrects their colours if the scenario has a table for its display, keeps two banks, raises PIPEREADY when one is free, and gives whole frames to its display when they
-/// have been on the DVI link.
-class OutputFramebuffer final : public sc_core::sc_module, public SwapListener {
+/// averages them, corrects their colours if the scenario has a table for its display, keeps two banks, raises PIPEREADY
+/// when one is free, and gives whole frames to its display when they have been on the DVI link.
+class OutputFramebuffer final : public sc_core::sc_module {
   public:
     TargetSocket<OutputFramebuffer, PipelineFrame> pipe_socket{"pipe_socket"};  ///< PipelineFrame
     InitiatorSocket<OutputFramebuffer, ShownFrame> dvi_socket{"dvi_socket"};    ///< ShownFrame
@@ -30,8 +30,6 @@ class OutputFramebuffer final : public sc_core::sc_module, public SwapListener {
     OutputFramebuffer(const sc_core::sc_module_name& name, const Scenario& scenario, int display,
                       ColumnTime& column, SwapLock& swap_lock, std::int64_t pipeready_cycle);
     SC_HAS_PROCESS(OutputFramebuffer);
-
-    void swapped(int frame, std::int64_t pipeready_cycle, std::int64_t shown_picoseconds) override;
 
     /// Raster pixels received up to a core clock.
     std::int64_t pixels_taken(std::int64_t through_cycle) const;
@@ -43,6 +41,7 @@ class OutputFramebuffer final : public sc_core::sc_module, public SwapListener {
     void take_band(::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay);
     ::tlm::tlm_sync_enum take_startframe(::tlm::tlm_generic_payload& payload, ::tlm::tlm_phase& phase,
                                          sc_core::sc_time& delay);
+    void take_swap(int frame, std::int64_t pipeready_cycle, std::int64_t shown_picoseconds);
     void wait_for_end_of_frame();
     void show();
 

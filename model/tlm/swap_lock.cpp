@@ -54,9 +54,7 @@ void SwapLock::swap(int frame) {
             observer_->shown(display, frame, span);
         }
     }
-    for (SwapListener* const listener : listeners_) {
-        listener->swapped(frame, pipeready_cycle_, shown);
-    }
+    for (const Swapped& swapped : on_swap_) swapped(frame, pipeready_cycle_, shown);
 }
 
 std::int64_t SwapLock::swaps_before(std::int64_t picoseconds) const {

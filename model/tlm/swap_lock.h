@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <systemc>
+#include <utility>
 #include <vector>
 
 #include "formats/dvi_timing.h"
@@ -11,19 +13,6 @@
 #include "tlm/schedule_observer.h"
 
 namespace metabuffer::tlm {
-
-/// What an output framebuffer learns when all displays swap together.
-class SwapListener {
-  public:
-    SwapListener() = default;
-    SwapListener(const SwapListener&) = delete;
-    SwapListener& operator=(const SwapListener&) = delete;
-    virtual ~SwapListener() = default;
-
-    /// The frame goes to the display. At pipeready_cycle a bank is free and PIPEREADY rises; at shown_picoseconds the
-    /// frame has been shown in full.
-    virtual void swapped(int frame, std::int64_t pipeready_cycle, std::int64_t shown_picoseconds) = 0;
-};
 
 /// The swap lock between the output framebuffers (section 5.4 of the paper): SWAPLOCK is high while every column has
 /// composited its frame, and all displays swap at the start of the next DVI frame that sees it. The swap crosses back
@@ -36,8 +25,12 @@ class SwapLock final : public sc_core::sc_module {
     SwapLock(const sc_core::sc_module_name& name, const Scenario& scenario, std::int64_t first_edge,
              std::int64_t pipeready_cycle);
 
+    /// Called when all displays swap together to a frame, which has been shown in full at shown_picoseconds. At
+    /// pipeready_cycle a bank is free and PIPEREADY rises.
+    using Swapped =
+        std::function<void(int frame, std::int64_t pipeready_cycle, std::int64_t shown_picoseconds)>;
     /// One for each display, before the simulation starts.
-    void add_listener(SwapListener& listener) { listeners_.push_back(&listener); }
+    void on_swap(Swapped callback) { on_swap_.push_back(std::move(callback)); }
     void on_shown_by(ScheduleObserver* observer) { observer_ = observer; }
 
     /// A column has composited a frame at that core clock.
@@ -62,7 +55,7 @@ class SwapLock final : public sc_core::sc_module {
     ClockDomain dvi_;
     DviTiming timing_;
     std::int64_t first_frame_edge_;  ///< DVI output clock of the first DVI frame's first line
-    std::vector<SwapListener*> listeners_;
+    std::vector<Swapped> on_swap_;
     ScheduleObserver* observer_ = nullptr;
     int columns_done_ = 0;
     std::int64_t last_done_cycle_ = 0;

@@ -21,13 +21,6 @@ struct Swap {
     }
 };
 
-struct Recorder final : tlm::SwapListener {
-    std::vector<Swap> swaps;
-    void swapped(int frame, std::int64_t pipeready_cycle, std::int64_t shown_picoseconds) override {
-        swaps.push_back({frame, pipeready_cycle, shown_picoseconds});
-    }
-};
-
 /// Frame by frame and display by display: core clocks from PIPEREADY to the last pixel.
 using Lengths = std::vector<std::vector<int>>;
 
@@ -189,19 +182,23 @@ void compare(const Scenario& scenario, const Lengths& lengths) {
     const std::vector<Swap> wanted = naive.run();
 
     tlm::SwapLock lock(sc_core::sc_gen_unique_name("swap_lock"), scenario, naive.first_dvi_edge(), 2);
-    std::vector<Recorder> listeners(static_cast<std::size_t>(scenario.displays.count()));
-    for (Recorder& listener : listeners) lock.add_listener(listener);
+    std::vector<std::vector<Swap>> heard(static_cast<std::size_t>(scenario.displays.count()));
+    for (std::vector<Swap>& swaps : heard) {
+        lock.on_swap([&swaps](int frame, std::int64_t pipeready_cycle, std::int64_t shown_picoseconds) {
+            swaps.push_back({frame, pipeready_cycle, shown_picoseconds});
+        });
+    }
     CHECK(lock.pipeready_cycle() == 2);
     for (int frame = 0; frame < scenario.frames; ++frame) {
         INFO("frame " << frame);
         REQUIRE(lock.end_picoseconds() == tlm::kUnknownCycle);
         for (int d = 0; d < scenario.displays.count(); ++d) {
-            REQUIRE(listeners.front().swaps.size() == static_cast<std::size_t>(frame));
+            REQUIRE(heard.front().size() == static_cast<std::size_t>(frame));
             lock.frame_done(frame,
                             naive.done_clocks[static_cast<std::size_t>(frame)][static_cast<std::size_t>(d)]);
         }
-        REQUIRE(listeners.front().swaps.size() == static_cast<std::size_t>(frame) + 1);
-        const Swap& swap = listeners.front().swaps.back();
+        REQUIRE(heard.front().size() == static_cast<std::size_t>(frame) + 1);
+        const Swap& swap = heard.front().back();
         REQUIRE(swap.frame == frame);
         // The last swap may not have come back to the core clock when its frame has been shown.
         const Swap& truth = wanted[static_cast<std::size_t>(frame)];
@@ -212,7 +209,7 @@ void compare(const Scenario& scenario, const Lengths& lengths) {
         REQUIRE(lock.swaps_before(time) == frame);
         REQUIRE(lock.swaps_before(time + 1) == frame + 1);
     }
-    for (const Recorder& listener : listeners) REQUIRE(listener.swaps == listeners.front().swaps);
+    for (const std::vector<Swap>& swaps : heard) REQUIRE(swaps == heard.front());
     REQUIRE(lock.end_picoseconds() == wanted.back().shown_picoseconds);
 }
 
