@@ -30,8 +30,6 @@ void FrameTime::start(std::int64_t cycle) {
     last_known_step_ = kNoStep;
 }
 
-void FrameTime::clear() { anchors_.clear(); }
-
 std::int64_t FrameTime::extrapolated_cycle(std::int64_t step) const {
     const Anchor* anchor = &anchors_.back();
     if (step < anchor->step) {
@@ -74,8 +72,8 @@ ColumnTime::ColumnTime(int renderers, std::int64_t raster_pixels, bool may_stall
       raster_pixels_(raster_pixels),
       may_stall_(may_stall),
       needed_steps_(static_cast<std::size_t>(may_stall ? renderers : 1)),
-      first_stall_cycles_(static_cast<std::size_t>(renderers), kUnknownCycle),
-      stalled_for_(static_cast<std::size_t>(renderers), 0) {}
+      stalled_cycles_(static_cast<std::size_t>(renderers) + 1),
+      first_stall_cycles_(static_cast<std::size_t>(renderers), kUnknownCycle) {}
 
 void ColumnTime::start(int frame, std::int64_t cycle) {
     newest_frame_ = frame;
@@ -103,24 +101,23 @@ void ColumnTime::advance(std::int64_t now) {
         arrivals_.pop();
         const std::int64_t step_cycle = time.extrapolated_cycle(arrival.step);
         if (arrival.cycle > step_cycle) {
-            count_stall(arrival.renderer, step_cycle + 1, arrival.cycle);
+            count_stall(arrival.renderer, {step_cycle + 1, arrival.cycle});
             std::int64_t& first = first_stall_cycles_[static_cast<std::size_t>(arrival.renderer)];
             first = std::min(first, step_cycle);
         }
         const std::int64_t next_cycle = time.extrapolated_cycle(arrival.step + 1);
         if (time.delay_step(arrival.step + 1, arrival.cycle + 1) > 0) {
-            count_stall(-1, next_cycle, arrival.cycle);
-            if (on_stall_) {
-                on_stall_(newest_frame_, next_cycle, arrival.cycle);
-            }
+            const CycleSpan stall{next_cycle, arrival.cycle};
+            count_stall(kColumn, stall);
+            if (on_stall_) on_stall_(newest_frame_, stall);
         }
     }
     time.set_last_known_step(blocked);
 }
 
-void ColumnTime::count_stall(int renderer, std::int64_t first, std::int64_t last) {
-    (renderer < 0 ? stalled_cycles_ : stalled_for_[static_cast<std::size_t>(renderer)]) += last - first + 1;
-    newest_stalls_.push_back({renderer, first, last});
+void ColumnTime::count_stall(int renderer, CycleSpan cycles) {
+    stalled_cycles_[stall_index(renderer)] += cycles.cycles();
+    newest_stalls_.push_back({renderer, cycles});
 }
 
 /// Only a stall that ends in the future can be cut short by the end of the run.
@@ -128,7 +125,7 @@ void ColumnTime::forget_stalls(std::int64_t now) {
     constexpr std::size_t kMany = 1024;
     if (newest_stalls_.size() >= forget_at_) {
         newest_stalls_.erase(std::remove_if(newest_stalls_.begin(), newest_stalls_.end(),
-                                            [now](const Stall& stall) { return stall.last <= now; }),
+                                            [now](const Stall& stall) { return stall.cycles.last <= now; }),
                              newest_stalls_.end());
         // If most of them are still to come, checking all of them each time would take too long.
         forget_at_ = std::max(kMany, 2 * newest_stalls_.size());
@@ -153,11 +150,7 @@ void ColumnTime::tell() {
 
 void ColumnTime::note_composited() {
     // The bottom composer is a step ahead of the output framebuffer.
-    spans_.emplace_back(current().cycle_of(1), current().cycle_of(last_step() - 1));
-}
-
-std::int64_t ColumnTime::stalled_cycles(std::int64_t through_cycle) const {
-    return stalled_cycles_for(-1, through_cycle);
+    compositions_.push_back({current().cycle_of(1), current().cycle_of(last_step() - 1)});
 }
 
 std::int64_t ColumnTime::first_stall_cycle(int renderer) const {
@@ -166,22 +159,24 @@ std::int64_t ColumnTime::first_stall_cycle(int renderer) const {
     const std::int64_t needed = needed_steps_.minimum();
     if (needed == kNoStep || needed_steps_.value(r) != needed) return counted;
     // The pixel may never come.
-    return std::min(counted, current().extrapolated_cycle(needed));
+    return std::min(counted, frame(newest_frame_).extrapolated_cycle(needed));
 }
 
 std::int64_t ColumnTime::stalled_cycles_for(int renderer, std::int64_t through_cycle) const {
-    std::int64_t count = renderer < 0 ? stalled_cycles_ : stalled_for_[static_cast<std::size_t>(renderer)];
+    std::int64_t count = stalled_cycles_[stall_index(renderer)];
     for (const Stall& stall : newest_stalls_) {
-        if (stall.renderer == renderer && stall.last > through_cycle) {
-            count -= stall.last - std::max(stall.first - 1, through_cycle);
+        if (stall.renderer == renderer && stall.cycles.last > through_cycle) {
+            count -= stall.cycles.last - std::max(stall.cycles.first - 1, through_cycle);
         }
     }
-    // A composer that waits for a pixel whose arrival is not known has waited until now.
+    // Who waits for a pixel whose arrival is not known has waited until now.
     const std::int64_t blocked = needed_steps_.minimum();
+    const bool is_column = renderer == kColumn;
     if (blocked < kNoStep &&
-        (renderer < 0 || needed_steps_.value(static_cast<std::size_t>(renderer)) == blocked)) {
-        const std::int64_t before = renderer < 0 ? current().extrapolated_cycle(blocked + 1) - 1
-                                                 : current().extrapolated_cycle(blocked);
+        (is_column || needed_steps_.value(static_cast<std::size_t>(renderer)) == blocked)) {
+        const FrameTime& time = frame(newest_frame_);
+        const std::int64_t before =
+            is_column ? time.extrapolated_cycle(blocked + 1) - 1 : time.extrapolated_cycle(blocked);
         count += std::max<std::int64_t>(0, through_cycle - before);
     }
     return count;

@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "report/cycle_span.h"
+
 namespace metabuffer::tlm {
 
 /// A core clock that is not known yet, or will never come.
@@ -37,7 +39,6 @@ class MinimumTree {
 class FrameTime {
   public:
     void start(std::int64_t cycle);
-    void clear();
     bool started() const { return !anchors_.empty(); }
     std::int64_t start_cycle() const { return anchors_.front().cycle; }
 
@@ -113,23 +114,24 @@ class ColumnTime {
     std::int64_t last_step() const { return renderers_ + raster_pixels_; }
 
     /// Called with each stretch of clocks in which the column stands still.
-    void on_stall(std::function<void(int frame, std::int64_t first, std::int64_t last)> callback) {
+    void on_stall(std::function<void(int frame, CycleSpan stall)> callback) {
         on_stall_ = std::move(callback);
     }
 
     /// The clock of a frame's step 0; the frame must have been started.
     std::int64_t start_cycle(int frame) const { return start_cycles_[static_cast<std::size_t>(frame)]; }
-    /// The clocks of a frame's first pixel in the top composer and of its last one in the bottom one; the frame
-    /// must have been composited.
-    std::int64_t first_pixel_cycle(int frame) const { return spans_[static_cast<std::size_t>(frame)].first; }
-    std::int64_t last_pixel_cycle(int frame) const { return spans_[static_cast<std::size_t>(frame)].second; }
+    /// From a frame's first pixel in the top composer to its last one in the bottom one; the frame must have been
+    /// composited.
+    CycleSpan composition(int frame) const { return compositions_[static_cast<std::size_t>(frame)]; }
     /// The newest frame has been composited; its timing will be forgotten.
     void note_composited();
-    bool composited(int frame) const { return static_cast<std::size_t>(frame) < spans_.size(); }
+    bool composited(int frame) const { return static_cast<std::size_t>(frame) < compositions_.size(); }
 
     /// Clocks in which the column stood still, in all and because of one composer, up to a clock that is `now` or
     /// later.
-    std::int64_t stalled_cycles(std::int64_t through_cycle) const;
+    std::int64_t stalled_cycles(std::int64_t through_cycle) const {
+        return stalled_cycles_for(kColumn, through_cycle);
+    }
     std::int64_t stalled_cycles_for(int renderer, std::int64_t through_cycle) const;
     /// The first clock in which composer r finds that the column must stand still in the next one, as far as is known;
     /// kUnknownCycle if there is none.
@@ -150,18 +152,18 @@ class ColumnTime {
             return a.frame != b.frame ? a.frame > b.frame : a.step > b.step;
         }
     };
-    /// Clocks first..last without a step: caused by one composer, or (renderer -1) of the whole column.
+    static constexpr int kColumn = -1;  ///< in the place of a renderer
+    /// Clocks without a step: caused by one composer, or of the whole column.
     struct Stall {
-        int renderer;
-        std::int64_t first;
-        std::int64_t last;
+        int renderer = kColumn;
+        CycleSpan cycles;
     };
 
     FrameTime& current() { return frames_[static_cast<std::size_t>(newest_frame_ % kFramesKept)]; }
-    const FrameTime& current() const {
-        return frames_[static_cast<std::size_t>(newest_frame_ % kFramesKept)];
+    void count_stall(int renderer, CycleSpan cycles);
+    std::size_t stall_index(int renderer) const {
+        return static_cast<std::size_t>(std::int64_t{renderer} + 1);
     }
-    void count_stall(int renderer, std::int64_t first, std::int64_t last);
     void forget_stalls(std::int64_t now);
 
     int renderers_;
@@ -171,15 +173,14 @@ class ColumnTime {
     FrameTime frames_[kFramesKept];
     MinimumTree needed_steps_;
     std::priority_queue<Arrival, std::vector<Arrival>, std::greater<>> arrivals_;
-    std::vector<std::int64_t> start_cycles_;                    ///< by frame
-    std::vector<std::pair<std::int64_t, std::int64_t>> spans_;  ///< by frame
-    std::vector<Waiter> waiters_;                               ///< a heap, the earliest first
-    std::function<void(int, std::int64_t, std::int64_t)> on_stall_;
-    std::int64_t stalled_cycles_ = 0;
+    std::vector<std::int64_t> start_cycles_;  ///< by frame
+    std::vector<CycleSpan> compositions_;     ///< by frame
+    std::vector<Waiter> waiters_;             ///< a heap, the earliest first
+    std::function<void(int, CycleSpan)> on_stall_;
+    std::vector<std::int64_t> stalled_cycles_;      ///< of the column, then by renderer
     std::vector<std::int64_t> first_stall_cycles_;  ///< by renderer, of those that are counted
-    std::vector<std::int64_t> stalled_for_;
-    std::size_t forget_at_ = 0;         ///< size of newest_stalls_ at which it is cleaned up
-    std::vector<Stall> newest_stalls_;  ///< counted already, perhaps beyond the present
+    std::size_t forget_at_ = 0;                     ///< size of newest_stalls_ at which it is cleaned up
+    std::vector<Stall> newest_stalls_;              ///< counted already, perhaps beyond the present
 };
 
 }  // namespace metabuffer::tlm

@@ -42,10 +42,7 @@ class Composer final : public sc_core::sc_module {
              ColumnTime& column, ColumnRelays& relays, const Settings& settings);
     SC_HAS_PROCESS(Composer);
 
-    /// Of a frame that has been composited.
-    std::int64_t starved_pixels_of(int frame) const { return buffer_.counters().starved_pixels_of(frame); }
-    std::int64_t first_busready_drop_cycle() const { return buffer_.first_drop_cycle(); }
-    std::int64_t first_starved_cycle() const { return buffer_.first_starved_cycle(); }
+    const BufferTime& buffer() const { return buffer_; }
     /// Counts up to a core clock, which must be the present one. Call it once.
     const ComposerCounters& finish(std::int64_t through_cycle);
     std::string waiting_for(std::int64_t through_cycle) const;

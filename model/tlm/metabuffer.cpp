@@ -65,8 +65,8 @@ void Metabuffer::make_display_side() {
         columns_.push_back(
             std::make_unique<ColumnTime>(static_cast<int>(renderers()), raster_pixels, may_stall));
         if (options_.observer != nullptr) {
-            columns_.back()->on_stall([this, d](int frame, std::int64_t first, std::int64_t last) {
-                options_.observer->column_stall(static_cast<int>(d) + 1, frame, {first, last});
+            columns_.back()->on_stall([this, d](int frame, CycleSpan stall) {
+                options_.observer->column_stall(static_cast<int>(d) + 1, frame, stall);
             });
         }
         output_framebuffers_.push_back(std::make_unique<OutputFramebuffer>(
@@ -161,17 +161,15 @@ void Metabuffer::frame_shown(std::size_t display, int frame, const ColourImage* 
         std::int64_t starved_pixels = 0;
         for (std::size_t r = 0; r < renderers(); ++r) {
             pairs.push_back(input_framebuffers_[r]->frame_sources()[static_cast<std::size_t>(frame)].pair);
-            starved_pixels += composer(r, display).starved_pixels_of(frame);
+            starved_pixels += composer(r, display).buffer().counters().starved_pixels_of(frame);
         }
         on_frame_shown_({frame, static_cast<int>(display) + 1, *image, pairs, starved_pixels, false});
     }
     if (on_all_displays) {
         if (options_.observer != nullptr) {
             for (std::size_t d = 0; d < displays(); ++d) {
-                const FrameTime& time = columns_[d]->frame(frame);
-                options_.observer->composited(
-                    static_cast<int>(d) + 1, frame,
-                    {time.cycle_of(1), time.cycle_of(columns_[d]->last_step() - 1)});
+                options_.observer->composited(static_cast<int>(d) + 1, frame,
+                                              columns_[d]->composition(frame));
             }
         }
         if (shown_.on_all_displays() == scenario_.frames) {
@@ -237,7 +235,7 @@ std::int64_t Metabuffer::raster_pixels_taken(std::int64_t through_cycle) const {
 /// All columns have composited the frame.
 std::int64_t Metabuffer::last_pixel_cycle(int frame) const {
     std::int64_t cycle = 0;
-    for (const auto& column : columns_) cycle = std::max(cycle, column->last_pixel_cycle(frame));
+    for (const auto& column : columns_) cycle = std::max(cycle, column->composition(frame).last);
     return cycle;
 }
 
@@ -275,12 +273,12 @@ MachineEvent Metabuffer::first_of_composers(const CycleOf& cycle_of) const {
 
 MachineEvent Metabuffer::first_busready_drop() const {
     return first_of_composers(
-        [this](std::size_t r, std::size_t d) { return composer(r, d).first_busready_drop_cycle(); });
+        [this](std::size_t r, std::size_t d) { return composer(r, d).buffer().first_drop_cycle(); });
 }
 
 MachineEvent Metabuffer::first_starved() const {
     return first_of_composers([this](std::size_t r, std::size_t d) {
-        return std::min(composer(r, d).first_starved_cycle(),
+        return std::min(composer(r, d).buffer().first_starved_cycle(),
                         columns_[d]->first_stall_cycle(static_cast<int>(r)));
     });
 }
@@ -353,8 +351,8 @@ RunReport Metabuffer::make_report() {
         counters.stalled_cycles = columns_[d]->stalled_cycles(cycle);
         report.add_display(counters);
         for (int frame = 0; frame < shown_.on_all_displays(); ++frame) {
-            report.add_composition(frame, columns_[d]->first_pixel_cycle(frame),
-                                   columns_[d]->last_pixel_cycle(frame));
+            const CycleSpan composition = columns_[d]->composition(frame);
+            report.add_composition(frame, composition.first, composition.last);
         }
     }
     for (int frame = 0; frame < shown_.on_all_displays(); ++frame) {
