@@ -13,12 +13,11 @@ Bus::Bus(const sc_core::sc_module_name& name, int displays) : sc_core::sc_module
     }
 }
 
-void Bus::b_transport(::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay) {
+void Bus::b_transport(Payload& payload, sc_core::sc_time& delay) {
     composer_socket(static_cast<int>(payload.get_address()))->b_transport(payload, delay);
 }
 
-::tlm::tlm_sync_enum Bus::nb_transport_bw(::tlm::tlm_generic_payload& payload, ::tlm::tlm_phase& phase,
-                                          sc_core::sc_time& delay) {
+::tlm::tlm_sync_enum Bus::nb_transport_bw(Payload& payload, Phase& phase, sc_core::sc_time& delay) {
     return framebuffer_socket->nb_transport_bw(payload, phase, delay);
 }
 

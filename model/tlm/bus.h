@@ -24,9 +24,8 @@ class Bus final : public sc_core::sc_module {
     }
 
   private:
-    void b_transport(::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay);
-    ::tlm::tlm_sync_enum nb_transport_bw(::tlm::tlm_generic_payload& payload, ::tlm::tlm_phase& phase,
-                                         sc_core::sc_time& delay);
+    void b_transport(Payload& payload, sc_core::sc_time& delay);
+    ::tlm::tlm_sync_enum nb_transport_bw(Payload& payload, Phase& phase, sc_core::sc_time& delay);
 
     std::vector<std::unique_ptr<ComposerSocket>> composer_sockets_;
 };

@@ -82,6 +82,7 @@ Composer::Composer(const sc_core::sc_module_name& name, const Scenario& scenario
                scenario.displays.raster_width_pixels(), scenario.displays.raster_height_pixels(),
                scenario.composer.smoothing},
               column) {
+    notice_.payload().set_address(static_cast<sc_dt::uint64>(settings.display));
     bus_socket.register_b_transport(this, &Composer::take_transfer);
     pipe_in_socket.register_b_transport(this, &Composer::take_band);
     pipe_in_socket.register_nb_transport_fw(this, &Composer::take_startframe);
@@ -108,7 +109,7 @@ Composer::Composer(const sc_core::sc_module_name& name, const Scenario& scenario
 
 // ---- the bus ----
 
-void Composer::take_transfer(::tlm::tlm_generic_payload& payload, sc_core::sc_time& /*delay*/) {
+void Composer::take_transfer(Payload& payload, sc_core::sc_time& /*delay*/) {
     auto& transfer = content_of<BusTransfer>(payload);
     switch (transfer.kind) {
         case BusTransfer::Kind::kTable:
@@ -183,26 +184,20 @@ void Composer::give_slot(BusTransfer& transfer) {
 void Composer::report_slot() {
     slot_wanted_ = false;
     notice_->slot_cycle = buffer_.slot_time(earliest_slot_, agenda_.now()).cycle;
-    notice_.payload().set_address(static_cast<sc_dt::uint64>(settings_.display));
-    ::tlm::tlm_phase phase = busready_phase;
-    sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
-    bus_socket->nb_transport_bw(notice_.payload(), phase, delay);
+    transport_backward(bus_socket, notice_.payload(), busready_phase);
 }
 
 /// The end of a frame is known, and with it the clock of TABLEREADY for the table two frames later.
 void Composer::report_table(int frame) {
     notice_->frame = frame + 2;
     notice_->table_cycle = buffer_.frame_end_cycle(frame);
-    notice_.payload().set_address(static_cast<sc_dt::uint64>(settings_.display));
-    ::tlm::tlm_phase phase = tableready_phase;
-    sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
-    bus_socket->nb_transport_bw(notice_.payload(), phase, delay);
+    transport_backward(bus_socket, notice_.payload(), tableready_phase);
 }
 
 // ---- PIPEREADY and STARTFRAME ----
 
-::tlm::tlm_sync_enum Composer::take_pipeready(::tlm::tlm_generic_payload& payload,
-                                              ::tlm::tlm_phase& /*phase*/, sc_core::sc_time& /*delay*/) {
+::tlm::tlm_sync_enum Composer::take_pipeready(Payload& payload, Phase& /*phase*/,
+                                              sc_core::sc_time& /*delay*/) {
     below_pipeready_ = content_of<PipelineFrame>(payload).cycle;
     raise_pipeready();
     return ::tlm::TLM_ACCEPTED;
@@ -223,11 +218,8 @@ void Composer::raise_pipeready() {
     }
     pipeline_->frame = frame;
     pipeline_->cycle = own_pipeready_;
-    relays_.pipeready.pass([this] {
-        ::tlm::tlm_phase phase = pipeready_phase;
-        sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
-        pipe_in_socket->nb_transport_bw(pipeline_.payload(), phase, delay);
-    });
+    relays_.pipeready.pass(
+        [this] { transport_backward(pipe_in_socket, pipeline_.payload(), pipeready_phase); });
 }
 
 /// The PIPEMASTER answers its own PIPEREADY with STARTFRAME.
@@ -245,23 +237,20 @@ void Composer::start_column(int frame, std::int64_t cycle) {
     column_.tell();
 }
 
-::tlm::tlm_sync_enum Composer::take_startframe(::tlm::tlm_generic_payload& payload,
-                                               ::tlm::tlm_phase& /*phase*/, sc_core::sc_time& /*delay*/) {
+::tlm::tlm_sync_enum Composer::take_startframe(Payload& payload, Phase& /*phase*/,
+                                               sc_core::sc_time& /*delay*/) {
     start_frame(payload);
     return ::tlm::TLM_ACCEPTED;
 }
 
-void Composer::start_frame(::tlm::tlm_generic_payload& payload) {
+void Composer::start_frame(Payload& payload) {
     const int frame = content_of<PipelineFrame>(payload).frame;
     buffer_.start_frame(frame);
     if (frame + 2 < scenario_.frames) {
         column_.when_known(frame, buffer_.frame_end_step(), [this, frame] { report_table(frame); });
     }
-    relays_.startframe.pass([this, &payload] {
-        ::tlm::tlm_phase phase = startframe_phase;
-        sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
-        pipe_out_socket->nb_transport_fw(payload, phase, delay);
-    });
+    relays_.startframe.pass(
+        [this, &payload] { transport_forward(pipe_out_socket, payload, startframe_phase); });
 }
 
 // ---- compositing ----
@@ -287,7 +276,7 @@ void Composer::send_frame_down() {
 }
 
 /// The delay is zero all the way, since the column's time already has the pixels' clocks.
-void Composer::take_band(::tlm::tlm_generic_payload& payload, sc_core::sc_time& /*delay*/) {
+void Composer::take_band(Payload& payload, sc_core::sc_time& /*delay*/) {
     const auto& band = content_of<PipelineFrame>(payload);
     if (band.first_row == 0) {
         buffer_.close_frame(band.frame, column_.raster_pixels(), agenda_.now());
@@ -304,10 +293,7 @@ void Composer::take_band(::tlm::tlm_generic_payload& payload, sc_core::sc_time& 
     if (band.first_row + band.rows == scenario_.displays.raster_height_pixels()) {
         content_[static_cast<std::size_t>(band.frame % kFramesKept)].reset();
     }
-    relays_.pixels.pass([this, &payload] {
-        sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
-        pipe_out_socket->b_transport(payload, delay);
-    });
+    relays_.pixels.pass([this, &payload] { transport(pipe_out_socket, payload); });
 }
 
 void Composer::composite(const PipelineFrame& band) {

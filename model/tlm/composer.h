@@ -50,23 +50,21 @@ class Composer final : public sc_core::sc_module {
   private:
     bool pipemaster() const { return settings_.renderer == 0; }
 
-    void take_transfer(::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay);
+    void take_transfer(Payload& payload, sc_core::sc_time& delay);
     void take_table(const BusTransfer& transfer);
     void take_beats(BusTransfer& transfer);
     void give_slot(BusTransfer& transfer);
     void report_slot();
     void report_table(int frame);
 
-    ::tlm::tlm_sync_enum take_pipeready(::tlm::tlm_generic_payload& payload, ::tlm::tlm_phase& phase,
-                                        sc_core::sc_time& delay);
+    ::tlm::tlm_sync_enum take_pipeready(Payload& payload, Phase& phase, sc_core::sc_time& delay);
     void raise_pipeready();
     void start_column(int frame, std::int64_t cycle);
-    ::tlm::tlm_sync_enum take_startframe(::tlm::tlm_generic_payload& payload, ::tlm::tlm_phase& phase,
-                                         sc_core::sc_time& delay);
-    void start_frame(::tlm::tlm_generic_payload& payload);
+    ::tlm::tlm_sync_enum take_startframe(Payload& payload, Phase& phase, sc_core::sc_time& delay);
+    void start_frame(Payload& payload);
 
     void send_frame_down();
-    void take_band(::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay);
+    void take_band(Payload& payload, sc_core::sc_time& delay);
     void composite(const PipelineFrame& band);
     void composite_row(const PipelineFrame& band, int y, const PixelPlanes& content, const Segment& segment);
     PixelSpan smoothed_row(const PipelineFrame& band, int y, const PixelPlanes& content,

@@ -23,7 +23,7 @@ DviDecoder::DviDecoder(const sc_core::sc_module_name& name, const DviTiming& tim
     link_socket.register_b_transport(this, &DviDecoder::b_transport);
 }
 
-void DviDecoder::b_transport(::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay) {
+void DviDecoder::b_transport(Payload& payload, sc_core::sc_time& delay) {
     decode(content_of<DviFrame>(payload));
     payload.set_response_status(::tlm::TLM_OK_RESPONSE);
     framebuffer_socket->b_transport(decoded_.payload(), delay);

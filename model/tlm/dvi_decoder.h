@@ -34,7 +34,7 @@ class DviDecoder final : public sc_core::sc_module {
         PairFollower pairs;
     };
 
-    void b_transport(::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay);
+    void b_transport(Payload& payload, sc_core::sc_time& delay);
     void decode(const DviFrame& frame);
     void end_control_scanline(const DviFrame& frame, std::int64_t edge);
     void learnt(LinkEvent event, std::int64_t edge);

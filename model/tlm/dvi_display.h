@@ -23,7 +23,7 @@ class DviDisplay final : public sc_core::sc_module {
     void on_frame(FrameShown callback) { on_frame_ = std::move(callback); }
 
   private:
-    void take_frame(::tlm::tlm_generic_payload& payload, sc_core::sc_time& /*delay*/) {
+    void take_frame(Payload& payload, sc_core::sc_time& /*delay*/) {
         const auto& shown = content_of<ShownFrame>(payload);
         payload.set_response_status(::tlm::TLM_OK_RESPONSE);
         if (on_frame_) {

@@ -70,11 +70,10 @@ void DviSource::send_frame(std::int64_t edge) {
     frame.last_line_pixels = link.last_line_pixels;
     frame.first_edge = edge;
 
-    ::tlm::tlm_generic_payload& payload = frame_.payload();
+    Payload& payload = frame_.payload();
     payload.set_data_ptr(reinterpret_cast<unsigned char*>(frame.control.data()));
     payload.set_data_length(static_cast<unsigned>(frame.control.size() * sizeof(std::uint32_t)));
-    sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
-    link_socket->b_transport(payload, delay);
+    transport(link_socket, payload);
     wake_at(edge + DviTiming{timing_.active_pixels, frame.active_lines}.frame_clocks());
 }
 

@@ -96,7 +96,7 @@ void FrameMemory::answer(MemoryAccess& access, std::int64_t page) {
 
 // ---- sockets ----
 
-void FrameMemory::b_transport(::tlm::tlm_generic_payload& payload, sc_core::sc_time& /*delay*/) {
+void FrameMemory::b_transport(Payload& payload, sc_core::sc_time& /*delay*/) {
     auto& access = content_of<MemoryAccess>(payload);
     // An image has fewer than 2^32 words.
     const auto address = static_cast<std::uint32_t>(payload.get_address() / kBytesPerWord);

@@ -35,7 +35,7 @@ class FrameMemory final : public sc_core::sc_module {
     static constexpr std::int64_t kHalfOpen =
         -2;  ///< an opening was broken off: the bank must be closed before a page is opened
 
-    void b_transport(::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay);
+    void b_transport(Payload& payload, sc_core::sc_time& delay);
 
     struct Bank {
         std::int64_t page = kNoPage;

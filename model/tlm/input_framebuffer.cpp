@@ -147,11 +147,10 @@ std::int64_t InputFramebuffer::table_cycle() const {
 }
 
 BusTransfer& InputFramebuffer::transfer(int display) {
-    ::tlm::tlm_generic_payload& payload = bus_transfer_.payload();
+    Payload& payload = bus_transfer_.payload();
     payload.set_address(static_cast<sc_dt::uint64>(display));
     bus_transfer_->frame = frame();
-    sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
-    bus_socket->b_transport(payload, delay);
+    transport(bus_socket, payload);
     if (!payload.is_response_ok()) {
         SC_REPORT_ERROR("/metabuffer/input_framebuffer/bus",
                         (std::string(name()) + ": a transfer to display " + std::to_string(display) +
@@ -321,7 +320,7 @@ void InputFramebuffer::go_on_at(std::int64_t cycle) {
 
 /// Asks the memory for what is left of the burst.
 void InputFramebuffer::access_memory(const Row& row) {
-    ::tlm::tlm_generic_payload& payload = memory_access_.payload();
+    Payload& payload = memory_access_.payload();
     payload.set_address(static_cast<sc_dt::uint64>(address_of_next(row)) * kBytesPerWord);
     payload.set_data_length(static_cast<unsigned>(burst_left_) * kBytesPerWord);
     const std::uint32_t row_words = row.segment.row().sdx;
@@ -332,8 +331,7 @@ void InputFramebuffer::access_memory(const Row& row) {
     memory_access_->row_words = static_cast<int>(row_words);
     memory_access_->stride_words = renderer_.image_width_pixels;
     if (scenario_.memory.shared()) write_blocks(at_cycle_);
-    sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
-    memory_socket->b_transport(payload, delay);
+    transport(memory_socket, payload);
     const MemoryAccess& answer = *memory_access_;
     const bool goes_on = answer.words >= 1 ? answer.beats_before - at_cycle_ > answer.wait_cycles
                                            : answer.words == 0 && answer.wait_cycles > 0;
@@ -350,8 +348,7 @@ void InputFramebuffer::access_memory(const Row& row) {
 void InputFramebuffer::break_off_opening(std::int64_t cycle) {
     memory_access_->broken_off = true;
     memory_access_->cycle = cycle;
-    sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
-    memory_socket->b_transport(memory_access_.payload(), delay);
+    transport(memory_socket, memory_access_.payload());
     memory_access_->broken_off = false;
 }
 
@@ -438,8 +435,8 @@ void InputFramebuffer::ask_for_slot(Row& row, std::int64_t earliest) {
 
 /// A notice may come while this bus plans a burst: the pixels that it has sent may start a column. The notice only
 /// changes what is known of waiting rows, which the next arbitration reads.
-::tlm::tlm_sync_enum InputFramebuffer::take_notice(::tlm::tlm_generic_payload& payload,
-                                                   ::tlm::tlm_phase& phase, sc_core::sc_time& /*delay*/) {
+::tlm::tlm_sync_enum InputFramebuffer::take_notice(Payload& payload, Phase& phase,
+                                                   sc_core::sc_time& /*delay*/) {
     const auto& notice = content_of<BusNotice>(payload);
     if (phase == tableready_phase) {
         TableReady& ready = table_ready_[static_cast<std::size_t>(notice.frame % kFramesKept)];

@@ -71,7 +71,7 @@ class InputFramebuffer final : public sc_core::sc_module, public Decider {
 
   private:
     // ---- the link's side (DVI input clock) ----
-    void take_frame(::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay);
+    void take_frame(Payload& payload, sc_core::sc_time& delay);
     void report_link_frame(const DecodedFrame& frame) const;
     void link_process();
     void take_event(const LinkEvent& event, std::int64_t edge);
@@ -121,8 +121,7 @@ class InputFramebuffer final : public sc_core::sc_module, public Decider {
     void end_burst(bool whole);
     void ask_for_slot(Row& row, std::int64_t earliest);
     BusTransfer& transfer(int display);
-    ::tlm::tlm_sync_enum take_notice(::tlm::tlm_generic_payload& payload, ::tlm::tlm_phase& phase,
-                                     sc_core::sc_time& delay);
+    ::tlm::tlm_sync_enum take_notice(Payload& payload, Phase& phase, sc_core::sc_time& delay);
     void wait_for_arbiter(std::int64_t clocks);
 
     // ---- shared ports ----

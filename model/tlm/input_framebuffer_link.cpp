@@ -7,7 +7,7 @@
 /// The link's side of an input framebuffer; input_framebuffer.cpp has the bus side.
 namespace metabuffer::tlm {
 
-void InputFramebuffer::take_frame(::tlm::tlm_generic_payload& payload, sc_core::sc_time& /*delay*/) {
+void InputFramebuffer::take_frame(Payload& payload, sc_core::sc_time& /*delay*/) {
     const auto& frame = content_of<DecodedFrame>(payload);
     if (scenario_.memory.shared()) {
         while (has_next_block()) write_block();
@@ -131,15 +131,14 @@ std::int64_t InputFramebuffer::next_block_cycle() const {
 void InputFramebuffer::write_block() {
     const std::int64_t words = next_block_words();
     Message<MemoryAccess> message;
-    ::tlm::tlm_generic_payload& payload = message.payload();
+    Payload& payload = message.payload();
     payload.set_address(static_cast<sc_dt::uint64>(link_writes_.first_word + link_writes_.next_word) *
                         kBytesPerWord);
     payload.set_data_length(static_cast<unsigned>(words) * kBytesPerWord);
     message->write = true;
     message->settled_before = agenda_.now();
     message->cycle = newest_block_cycle_ = next_block_cycle();
-    sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
-    memory_socket->b_transport(payload, delay);
+    transport(memory_socket, payload);
     link_writes_.next_word += words;
 }
 

@@ -33,18 +33,15 @@ void OutputFramebuffer::start_of_simulation() { raise_pipeready(0, first_piperea
 void OutputFramebuffer::raise_pipeready(int frame, std::int64_t cycle) {
     pipeline_->frame = frame;
     pipeline_->cycle = cycle;
-    ::tlm::tlm_phase phase = pipeready_phase;
-    sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
-    pipe_socket->nb_transport_bw(pipeline_.payload(), phase, delay);
+    transport_backward(pipe_socket, pipeline_.payload(), pipeready_phase);
 }
 
-::tlm::tlm_sync_enum OutputFramebuffer::take_startframe(::tlm::tlm_generic_payload& /*payload*/,
-                                                        ::tlm::tlm_phase& /*phase*/,
+::tlm::tlm_sync_enum OutputFramebuffer::take_startframe(Payload& /*payload*/, Phase& /*phase*/,
                                                         sc_core::sc_time& /*delay*/) {
     return ::tlm::TLM_ACCEPTED;  // the column knows when its pixels come
 }
 
-void OutputFramebuffer::take_band(::tlm::tlm_generic_payload& payload, sc_core::sc_time& /*delay*/) {
+void OutputFramebuffer::take_band(Payload& payload, sc_core::sc_time& /*delay*/) {
     const auto& band = content_of<PipelineFrame>(payload);
     payload.set_response_status(::tlm::TLM_OK_RESPONSE);
     const DisplayConfig& displays = scenario_.displays;
@@ -89,8 +86,7 @@ void OutputFramebuffer::show() {
     }
     shown_->frame = frame;
     shown_->image = images_ ? &banks_[static_cast<std::size_t>(frame % 2)] : nullptr;
-    sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
-    dvi_socket->b_transport(shown_.payload(), delay);
+    transport(dvi_socket, shown_.payload());
 }
 
 std::int64_t OutputFramebuffer::pixels_taken(std::int64_t through_cycle) const {

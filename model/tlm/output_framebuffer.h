@@ -38,9 +38,8 @@ class OutputFramebuffer final : public sc_core::sc_module {
   private:
     void start_of_simulation() override;
     void raise_pipeready(int frame, std::int64_t cycle);
-    void take_band(::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay);
-    ::tlm::tlm_sync_enum take_startframe(::tlm::tlm_generic_payload& payload, ::tlm::tlm_phase& phase,
-                                         sc_core::sc_time& delay);
+    void take_band(Payload& payload, sc_core::sc_time& delay);
+    ::tlm::tlm_sync_enum take_startframe(Payload& payload, Phase& phase, sc_core::sc_time& delay);
     void take_swap(int frame, std::int64_t pipeready_cycle, std::int64_t shown_picoseconds);
     void wait_for_end_of_frame();
     void show();

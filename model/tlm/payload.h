@@ -27,6 +27,9 @@
 /// docs/transaction-level.md describes each socket.
 namespace metabuffer::tlm {
 
+using Payload = ::tlm::tlm_generic_payload;
+using Phase = ::tlm::tlm_phase;
+
 /// An extension that its Message owns, as it owns the payload.
 template <typename Self>
 class Extension : public ::tlm::tlm_extension<Self> {
@@ -52,19 +55,36 @@ class Message {
 
     Content* operator->() { return &content_; }
     Content& operator*() { return content_; }
-    ::tlm::tlm_generic_payload& payload() {
+    Payload& payload() {
         payload_.set_response_status(::tlm::TLM_INCOMPLETE_RESPONSE);
         return payload_;
     }
 
   private:
-    ::tlm::tlm_generic_payload payload_;
+    Payload payload_;
     Content content_;
 };
 
+/// The three transports of a message, which takes no time.
+template <typename Socket>
+void transport(Socket& socket, Payload& payload) {
+    sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
+    socket->b_transport(payload, delay);
+}
+template <typename Socket>
+void transport_forward(Socket& socket, Payload& payload, Phase phase) {
+    sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
+    socket->nb_transport_fw(payload, phase, delay);
+}
+template <typename Socket>
+void transport_backward(Socket& socket, Payload& payload, Phase phase) {
+    sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
+    socket->nb_transport_bw(payload, phase, delay);
+}
+
 /// The extension of a payload; an error of the model if there is none.
 template <typename Content>
-Content& content_of(::tlm::tlm_generic_payload& payload) {
+Content& content_of(Payload& payload) {
     Content* content = nullptr;
     payload.get_extension(content);
     if (content == nullptr) {
@@ -79,8 +99,8 @@ Content& content_of(::tlm::tlm_generic_payload& payload) {
 /// not ignorable, so these are not the base protocol, and a socket binds to one of its own kind only.
 template <typename Content>
 struct Protocol {
-    using tlm_payload_type = ::tlm::tlm_generic_payload;
-    using tlm_phase_type = ::tlm::tlm_phase;
+    using tlm_payload_type = Payload;
+    using tlm_phase_type = Phase;
 };
 
 constexpr unsigned kSocketBits = 32;  ///< a parameter of every socket; nothing here depends on it
@@ -175,8 +195,7 @@ struct MemoryAccess : Extension<MemoryAccess> {
 };
 
 /// How many of the words of an access follow each other, from the first on, before one that is on another page.
-inline int words_on_page(const ::tlm::tlm_generic_payload& payload, const MemoryAccess& access,
-                         std::int64_t page_words) {
+inline int words_on_page(const Payload& payload, const MemoryAccess& access, std::int64_t page_words) {
     auto address = static_cast<std::int64_t>(payload.get_address() / kBytesPerWord);
     const auto wanted = static_cast<std::int64_t>(payload.get_data_length() / kBytesPerWord);
     const std::int64_t page_end = (address / page_words + 1) * page_words;
