@@ -23,12 +23,8 @@ void BufferTime::begin_frame(int frame, const ViewportRow* row, std::int64_t tab
         state.prefetched_cycle = table_cycle;
         return;
     }
-    state.has_row = true;
     state.segment =
         Segment(*row, config_.raster_width_pixels, config_.raster_height_pixels, config_.smoothing);
-    state.pixels = state.segment.pixels();
-    state.prefetched_at = std::min<std::int64_t>(
-        state.pixels, config_.capacity_pixels - config_.ready_space_pixels + std::int64_t{1});
 }
 
 std::int64_t BufferTime::frame_end_cycle(int frame) const {
@@ -38,11 +34,13 @@ std::int64_t BufferTime::frame_end_cycle(int frame) const {
 void BufferTime::add(const BeatRun& beats, std::int64_t now) {
     settle(now);
     Frame& frame = slot(newest_frame_);
-    const Run run{newest_frame_, beats.first_pixel, beats.pixels, beats.first_cycle + 1, false};
+    const Run run{newest_frame_, beats.first_pixel, beats.pixels, beats.first_cycle + 1};
     frame.planned += run.pixels;
     newest_arrival_ = last_arrival(run);
-    if (frame.prefetched_cycle == kUnknownCycle && frame.planned >= frame.prefetched_at) {
-        frame.prefetched_cycle = arrival(run, frame.prefetched_at - 1 - run.first_pixel);
+    const std::int64_t prefetched_pixels = std::min<std::int64_t>(
+        frame.pixels(), config_.capacity_pixels - config_.ready_space_pixels + std::int64_t{1});
+    if (frame.prefetched_cycle == kUnknownCycle && frame.planned >= prefetched_pixels) {
+        frame.prefetched_cycle = arrival(run, prefetched_pixels - 1 - run.first_pixel);
     }
     if (column_.may_stall() && column_.newest_frame() == newest_frame_) {
         report_late_arrivals(run);
@@ -62,8 +60,8 @@ BufferTime::Release BufferTime::release_for(std::int64_t planned, int held_limit
     if (keeps(newest_frame_ - 1)) {
         const Frame& previous = slot(newest_frame_ - 1);
         const std::int64_t room = held_limit - planned;
-        if (previous.pixels > room) {
-            return step_of(previous, previous.pixels - room - 1);
+        if (previous.pixels() > room) {
+            return step_of(previous, previous.pixels() - room - 1);
         }
     }
     return {};
@@ -144,7 +142,7 @@ void BufferTime::start_frame(int frame) {
 
 void BufferTime::report_needed_step(const Frame& frame) {
     std::int64_t step = kNoStep;
-    if (frame.planned < frame.pixels) {
+    if (frame.planned < frame.pixels()) {
         const std::int64_t needed = frame.segment.first_use(frame.planned);
         if (needed < frame.segment.never()) {
             step = config_.renderer + needed;
@@ -183,22 +181,19 @@ void BufferTime::report_late_arrivals(const Run& run) {
 }
 
 const Segment* BufferTime::segment(int frame) const {
-    return keeps(frame) && slot(frame).has_row ? &slot(frame).segment : nullptr;
+    return keeps(frame) && slot(frame).pixels() > 0 ? &slot(frame).segment : nullptr;
 }
 
 void BufferTime::close_frame(int frame, std::int64_t limit, std::int64_t now) {
     Frame& state = slot(frame);
-    if (state.closed || !state.has_row) {
+    if (state.closed || state.pixels() == 0) {
         return;
     }
     if (!column_.may_stall()) {
-        for (Run& run : runs_) {
-            if (run.frame == frame && !run.starved_counted && column_.started(frame)) {
-                count_starved_and_late(run, false);
-                run.starved_counted = true;
-            }
+        for (const Run& run : runs_) {
+            if (run.frame == frame && column_.started(frame)) count_starved_and_late(run, false);
         }
-        for (std::int64_t k = state.planned; k < state.pixels; ++k) {
+        for (std::int64_t k = state.planned; k < state.pixels(); ++k) {
             starve_block(state, k, limit);  // it is not even on its way
         }
     }
@@ -246,11 +241,11 @@ void BufferTime::report_decline(const Frame& frame, std::int64_t now) {
     for (int next = frame.number + 1; next <= newest_frame_; ++next) {
         next_follows = next_follows || slot(next).planned > 0;
     }
-    if (!on_level_ || next_follows || frame.planned < frame.pixels || newest_arrival_ >= end) {
+    if (!on_level_ || next_follows || frame.planned < frame.pixels() || newest_arrival_ >= end) {
         return;
     }
     const auto tell = [this, &frame](std::int64_t cycle) {
-        on_level_(cycle, held(frame.number, frame.pixels, cycle));
+        on_level_(cycle, held(frame.number, frame.pixels(), cycle));
     };
     for (std::int64_t point = 1; point <= kPoints; ++point) {
         const std::int64_t cycle = newest_arrival_ + (end - newest_arrival_) * point / kPoints;
@@ -287,7 +282,7 @@ std::int64_t BufferTime::replayed_positions(const Segment& segment, std::int64_t
 // ---- counting ----
 
 std::int64_t BufferTime::released(const Frame& frame, std::int64_t cycle) const {
-    if (!frame.has_row || !column_.started(frame.number)) {
+    if (frame.pixels() == 0 || !column_.started(frame.number)) {
         return 0;
     }
     const std::int64_t composited = column_.frame(frame.number).step_at(cycle) - config_.renderer;
@@ -302,7 +297,7 @@ std::int64_t BufferTime::held_of_previous(int frame, std::int64_t cycle) const {
         return 0;
     }
     const Frame& previous = slot(frame - 1);
-    return previous.pixels - released(previous, cycle);
+    return previous.pixels() - released(previous, cycle);
 }
 
 /// Counts what cannot change any more, so that little need be kept.
@@ -332,6 +327,7 @@ const ComposerCounters& BufferTime::finish(std::int64_t through_cycle, std::int6
     return counters_;
 }
 
+/// Counts a run of beats for the last time.
 void BufferTime::count_run(const Run& run) {
     if (!keeps(run.frame)) {
         throw std::logic_error("beats of a frame that is forgotten have not been counted");
@@ -344,7 +340,7 @@ void BufferTime::count_run(const Run& run) {
 }
 
 bool BufferTime::releases_one_a_clock(int frame) const {
-    return !keeps(frame) || !slot(frame).has_row || !slot(frame).segment.smooths();
+    return !keeps(frame) || !slot(frame).segment.smooths();
 }
 
 /// On a bus with a beat each clock the number of held pixels never falls from one beat to the next, since a clock
@@ -402,7 +398,7 @@ void BufferTime::count_starved_and_late(const Run& run, bool count_late) {
     if (composited_by(last_arrival(run)) <= first_need) {
         return;  // all have come in time, as no pixel after the first is needed sooner
     }
-    const bool note_starved = !column_.may_stall() && !run.starved_counted && !frame.closed;
+    const bool note_starved = !column_.may_stall() && !frame.closed;
     for (std::int64_t i = 0; i < run.pixels; ++i) {
         const std::int64_t k = run.first_pixel + i;
         const std::int64_t missing_before =

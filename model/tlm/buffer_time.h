@@ -124,21 +124,19 @@ class BufferTime {
     struct Frame {
         int number = -1;
         std::int64_t table_cycle = 0;
-        bool has_row = false;
-        Segment segment;
-        std::int64_t pixels = 0;
-        std::int64_t planned = 0;        ///< pixels whose arrival is known
-        std::int64_t prefetched_at = 0;  ///< with that many pixels it is prefetched
+        Segment segment;           ///< without pixels: there is none
+        std::int64_t planned = 0;  ///< pixels whose arrival is known
         std::int64_t prefetched_cycle = kUnknownCycle;
         bool closed = false;
         std::vector<StarvedRun> starved;
+
+        std::int64_t pixels() const { return segment.pixels(); }
     };
     struct Run {
         int frame = 0;
         std::int64_t first_pixel = 0;
         int pixels = 0;
         std::int64_t first_arrival = 0;  ///< the clock in which the composer samples the first beat
-        bool starved_counted = false;
     };
     /// A condition: some pixel has been released, which `step` of `frame` does.
     struct Release {
