@@ -12,8 +12,8 @@ Agenda::Agenda(const sc_core::sc_module_name& name, const ClockDomain& core,
     dont_initialize();
 }
 
-std::size_t Agenda::add(Decider& decider) {
-    deciders_.push_back(&decider);
+std::size_t Agenda::add(Decider decider) {
+    deciders_.push_back(std::move(decider));
     next_cycles_.push_back(kUnknownCycle);
     return deciders_.size() - 1;
 }
@@ -60,12 +60,12 @@ void Agenda::run() {
         entries_.pop();
         next_cycles_[next.number] = kUnknownCycle;
         cycle_ = next.cycle;
-        Decider& decider = *deciders_[next.number];
-        std::int64_t cycle = next.cycle;
-        do {
-            cycle = decider.decide(cycle);
-        } while (cycle != kUnknownCycle && decider.is_certain() && is_within_horizon(cycle));
-        schedule(next.number, cycle);
+        const Decider& decide = deciders_[next.number];
+        Decision decision = decide(next.cycle);
+        while (decision.is_certain && decision.cycle != kUnknownCycle && is_within_horizon(decision.cycle)) {
+            decision = decide(decision.cycle);
+        }
+        schedule(next.number, decision.cycle);
     }
     is_running_ = false;
 }

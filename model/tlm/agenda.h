@@ -12,17 +12,10 @@
 
 namespace metabuffer::tlm {
 
-/// What decides at core clocks that it names itself.
-class Decider {
-  public:
-    Decider() = default;
-    Decider(const Decider&) = delete;
-    Decider& operator=(const Decider&) = delete;
-    virtual ~Decider() = default;
-    /// Called at the clock; returns that of the next decision, kUnknownCycle if it is not known.
-    virtual std::int64_t decide(std::int64_t cycle) = 0;
-    /// Whether the next decision depends on nothing that another one may still bring about.
-    virtual bool is_certain() const = 0;
+/// What a decider decides next, and when. It names the core clocks of its decisions itself.
+struct Decision {
+    std::int64_t cycle = kUnknownCycle;
+    bool is_certain = false;  ///< it depends on nothing that another one may still bring about
 };
 
 /// The decisions of a machine's buses, in order of time. An event of the kernel for each of them would take longer than
@@ -35,8 +28,10 @@ class Agenda final : public sc_core::sc_module {
            std::function<std::int64_t()> horizon);
     SC_HAS_PROCESS(Agenda);
 
-    /// Returns its number. It must outlive the run.
-    std::size_t add(Decider& decider);
+    /// Called at the clock of a decision; returns the next one.
+    using Decider = std::function<Decision(std::int64_t cycle)>;
+    /// Returns its number.
+    std::size_t add(Decider decider);
     /// The decider's next decision, in place of one that it has named before.
     void schedule(std::size_t number, std::int64_t cycle);
     /// The present core clock. All decisions of earlier clocks have been taken.
@@ -57,7 +52,7 @@ class Agenda final : public sc_core::sc_module {
 
     ClockDomain core_;
     sc_core::sc_event wake_;
-    std::vector<Decider*> deciders_;
+    std::vector<Decider> deciders_;
     std::vector<std::int64_t> next_cycles_;  ///< by decider; other entries of it do not count
     std::priority_queue<Entry, std::vector<Entry>, std::greater<>> entries_;
     bool is_running_ = false;

@@ -22,7 +22,7 @@ std::int64_t FrameMemory::refreshes_by(std::int64_t cycle) const {
 // ---- shared ports ----
 
 /// The clocks in which a block is written, as far as is known by now. Nothing else is done in them.
-CycleSpan FrameMemory::writing_of(const Block& block) const {
+CycleSpan FrameMemory::writing_of(const Block& block) {
     CycleSpan span{std::max(block.ready_cycle, free_from_), 0};
     for (;;) {
         const std::int64_t begun = refreshes_by(span.first);

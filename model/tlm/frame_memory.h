@@ -53,17 +53,13 @@ class FrameMemory final : public sc_core::sc_module {
         return bank.refreshes == refreshes_by(cycle) ? bank.page : kNoPage;
     }
     Bank& bank_of(std::int64_t page) { return banks_[static_cast<std::size_t>(page) % banks_.size()]; }
-    const Bank& bank_of(std::int64_t page) const {
-        return banks_[static_cast<std::size_t>(page) % banks_.size()];
-    }
-
     /// With shared ports: words of the link.
     struct Block {
         std::int64_t ready_cycle = 0;  ///< the first clock in which it may be written
         std::int64_t page = kNoPage;
         int cycles = 0;  ///< on the data pins
     };
-    CycleSpan writing_of(const Block& block) const;
+    CycleSpan writing_of(const Block& block);
     void write_blocks(std::int64_t cycle);
     void answer(MemoryAccess& access, std::int64_t page);
 

@@ -24,7 +24,7 @@ InputFramebuffer::InputFramebuffer(const sc_core::sc_module_name& name, const Sc
       scenario_(scenario),
       renderer_(scenario.renderers[static_cast<std::size_t>(settings.renderer)]),
       agenda_(agenda),
-      bus_(agenda.add(*this)),
+      bus_(agenda.add([this](std::int64_t cycle) { return decide(cycle); })),
       settings_(settings),
       limits_(scenario.limits(renderer_)),
       core_(clock_period_picoseconds(scenario.clocks.core_mhz)),
@@ -54,7 +54,7 @@ InputFramebuffer::InputFramebuffer(const sc_core::sc_module_name& name, const Sc
 
 // ---- the bus side ----
 
-std::int64_t InputFramebuffer::decide(std::int64_t cycle) {
+Decision InputFramebuffer::decide(std::int64_t cycle) {
     record_.begin_decision();
     switch (state_) {
         case State::kRequest:
@@ -81,7 +81,7 @@ std::int64_t InputFramebuffer::decide(std::int64_t cycle) {
             next_cycle_ = kUnknownCycle;
             break;
     }
-    return next_cycle_;
+    return {next_cycle_, is_certain()};
 }
 
 bool InputFramebuffer::is_certain() const {

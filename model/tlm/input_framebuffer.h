@@ -31,7 +31,7 @@ namespace metabuffer::tlm {
 /// ends. The bus side takes each decision at its core clock: the frame-start beat, an arbitration, and within a burst
 /// what the memory or BUSREADY may still change. What is certain from then on, the beats of a burst above all, follows
 /// in one transaction.
-class InputFramebuffer final : public sc_core::sc_module, public Decider {
+class InputFramebuffer final : public sc_core::sc_module {
   public:
     TargetSocket<InputFramebuffer, DecodedFrame> link_socket{"link_socket"};         ///< DecodedFrame
     sc_core::sc_out<bool> pair_request_o{"pair_request_o"};                          ///< DVI input clock
@@ -49,10 +49,6 @@ class InputFramebuffer final : public sc_core::sc_module, public Decider {
     InputFramebuffer(const sc_core::sc_module_name& name, const Scenario& scenario, Agenda& agenda,
                      const Settings& settings);
     SC_HAS_PROCESS(InputFramebuffer);
-
-    /// The bus side's next decision.
-    std::int64_t decide(std::int64_t cycle) override;
-    bool is_certain() const override;
 
     /// What each composited frame that has been started was made of.
     const std::vector<FrameSource>& frame_sources() const { return frame_sources_; }
@@ -102,6 +98,8 @@ class InputFramebuffer final : public sc_core::sc_module, public Decider {
         std::int64_t cycle = 0;
     };
 
+    Decision decide(std::int64_t cycle);
+    bool is_certain() const;
     int frame() const { return frames_started_ - 1; }  ///< the newest one
     std::int64_t address_of_next(const Row& row) const;
     void ask_for_frame(std::int64_t cycle);

@@ -21,7 +21,6 @@ Metabuffer::Metabuffer(const sc_core::sc_module_name& name, const Scenario& scen
       options_(std::move(options)),
       core_(clock_period_picoseconds(scenario.clocks.core_mhz)),
       dvi_in_(clock_period_picoseconds(scenario.clocks.dvi_in_mhz)),
-      dvi_out_(clock_period_picoseconds(scenario.clocks.dvi_out_mhz)),
       first_cycle_(kResetCycles),
       reset_picoseconds_(core_.picoseconds_of(kResetCycles) - core_.period_picoseconds() / 2),
       shown_(displays()),
@@ -54,7 +53,8 @@ Metabuffer::~Metabuffer() {
 }
 
 void Metabuffer::make_display_side() {
-    swap_lock_ = std::make_unique<SwapLock>("swap_lock", scenario_, dvi_out_.edge_from(reset_picoseconds_),
+    const ClockDomain dvi_out(clock_period_picoseconds(scenario_.clocks.dvi_out_mhz));
+    swap_lock_ = std::make_unique<SwapLock>("swap_lock", scenario_, dvi_out.edge_from(reset_picoseconds_),
                                             first_cycle_);
     swap_lock_->on_shown_by(options_.observer);
     const std::int64_t raster_pixels =

@@ -110,7 +110,6 @@ class Metabuffer final : public sc_core::sc_module {
     Options options_;
     ClockDomain core_;
     ClockDomain dvi_in_;
-    ClockDomain dvi_out_;
     std::int64_t first_cycle_;  ///< core clock without reset; the others' clocks follow from its time
     std::int64_t reset_picoseconds_;
     std::unique_ptr<ContentCache> cache_;

@@ -13,7 +13,6 @@ OutputFramebuffer::OutputFramebuffer(const sc_core::sc_module_name& name, const 
                                      std::int64_t pipeready_cycle)
     : sc_core::sc_module(name),
       scenario_(scenario),
-      core_(clock_period_picoseconds(scenario.clocks.core_mhz)),
       column_(column),
       swap_lock_(swap_lock),
       first_pipeready_cycle_(pipeready_cycle),
@@ -46,7 +45,6 @@ void OutputFramebuffer::take_band(Payload& payload, sc_core::sc_time& /*delay*/)
     payload.set_response_status(::tlm::TLM_OK_RESPONSE);
     const DisplayConfig& displays = scenario_.displays;
     if (band.raster != nullptr) {
-        images_ = true;
         ColourImage& bank = banks_[static_cast<std::size_t>(band.frame % 2)];
         if (bank.values.empty()) {
             bank = ColourImage(displays.width_pixels, displays.height_pixels);
@@ -85,7 +83,8 @@ void OutputFramebuffer::show() {
         wait_for_end_of_frame();
     }
     shown_->frame = frame;
-    shown_->image = images_ ? &banks_[static_cast<std::size_t>(frame % 2)] : nullptr;
+    const ColourImage& bank = banks_[static_cast<std::size_t>(frame % 2)];
+    shown_->image = bank.values.empty() ? nullptr : &bank;
     transport(dvi_socket, shown_.payload());
 }
 

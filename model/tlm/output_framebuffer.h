@@ -45,13 +45,11 @@ class OutputFramebuffer final : public sc_core::sc_module {
     void show();
 
     const Scenario& scenario_;
-    ClockDomain core_;
     ColumnTime& column_;
     SwapLock& swap_lock_;
     std::int64_t first_pipeready_cycle_;
     std::shared_ptr<const ColourTable> colour_table_;  ///< null: colours are shown as they are
-    std::array<ColourImage, 2> banks_;                 ///< by frame, even and odd
-    bool images_ = false;
+    std::array<ColourImage, 2> banks_;                 ///< by frame, even and odd; empty without images
     /// Swapped, but not yet shown in full; the next frame may be composited meanwhile.
     struct Showing {
         int frame;
