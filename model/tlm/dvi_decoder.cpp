@@ -73,12 +73,8 @@ void DviDecoder::decode(const DviFrame& frame) {
         if (line > 0) {
             decoded.pixels += std::min(pixels, timing_.active_pixels);
         }
-        if (pixels > timing_.active_pixels) {
-            reject_geometry(start + timing_.active_pixels);
-            break;
-        }
-        if (pixels < timing_.active_pixels) {
-            reject_geometry(start + pixels);
+        if (pixels != timing_.active_pixels) {
+            reject_geometry(start + std::min(pixels, timing_.active_pixels));
             break;
         }
         if (line == 0) {
