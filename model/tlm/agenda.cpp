@@ -62,7 +62,7 @@ void Agenda::run() {
         cycle_ = next.cycle;
         const Decider& decide = deciders_[next.number];
         Decision decision = decide(next.cycle);
-        while (decision.is_certain && decision.cycle != kUnknownCycle && is_within_horizon(decision.cycle)) {
+        while (decision.is_certain && is_within_horizon(decision.cycle)) {
             decision = decide(decision.cycle);
         }
         schedule(next.number, decision.cycle);

@@ -81,7 +81,7 @@ Decision InputFramebuffer::decide(std::int64_t cycle) {
             next_cycle_ = kUnknownCycle;
             break;
     }
-    return {next_cycle_, is_certain()};
+    return {next_cycle_, next_cycle_ != kUnknownCycle && is_certain()};
 }
 
 bool InputFramebuffer::is_certain() const {
@@ -91,15 +91,6 @@ bool InputFramebuffer::is_certain() const {
     return std::all_of(rows_.begin(), rows_.end(), [this](const Row& row) {
         return row.left == 0 || row.slot.cycle != kUnknownCycle || row.slot.not_before > next_cycle_;
     });
-}
-
-/// In words of the memory.
-std::int64_t InputFramebuffer::address_of_next(const Row& row) const {
-    const ViewportRow& table_row = row.segment.row();
-    const auto sent = static_cast<std::uint32_t>(row.sent);  // a 64-bit division takes several times as long
-    const std::int64_t y = table_row.sy + sent / table_row.sdx;
-    const std::int64_t x = table_row.sx + sent % table_row.sdx;
-    return first_word_of(front_device_) + y * renderer_.image_width_pixels + x;
 }
 
 void InputFramebuffer::ask_for_frame(std::int64_t cycle) {
@@ -124,6 +115,8 @@ void InputFramebuffer::start_frame(std::int64_t cycle) {
     for (const ViewportRow& row : front_.rows) {
         rows_.push_back(
             {Segment(row, limits_.raster_width_pixels, limits_.raster_height_pixels, limits_.smoothing)});
+        rows_.back().address =
+            first_word_of(front_device_) + std::int64_t{row.sy} * renderer_.image_width_pixels + row.sx;
         pixels_left_ += rows_.back().left;
     }
     requests_.assign(rows_.size(), BusRequest{});
@@ -321,14 +314,12 @@ void InputFramebuffer::go_on_at(std::int64_t cycle) {
 /// Asks the memory for what is left of the burst.
 void InputFramebuffer::access_memory(const Row& row) {
     Payload& payload = memory_access_.payload();
-    payload.set_address(static_cast<sc_dt::uint64>(address_of_next(row)) * kBytesPerWord);
+    payload.set_address(static_cast<sc_dt::uint64>(row.address) * kBytesPerWord);
     payload.set_data_length(static_cast<unsigned>(burst_left_) * kBytesPerWord);
-    const std::uint32_t row_words = row.segment.row().sdx;
     memory_access_->new_frame = std::exchange(new_frame_, false);
     memory_access_->cycle = at_cycle_;
-    memory_access_->first_row_words =
-        static_cast<int>(row_words - static_cast<std::uint32_t>(row.sent) % row_words);
-    memory_access_->row_words = static_cast<int>(row_words);
+    memory_access_->first_row_words = row.segment.row().sdx - row.column;
+    memory_access_->row_words = row.segment.row().sdx;
     memory_access_->stride_words = renderer_.image_width_pixels;
     if (scenario_.memory.shared()) write_blocks(at_cycle_);
     transport(memory_socket, payload);
@@ -359,7 +350,7 @@ void InputFramebuffer::wait_for_memory(const MemoryAccess& access, std::int64_t 
     const Row& row = rows_[static_cast<std::size_t>(burst_row_)];
     BusSpan span{kUses[static_cast<std::size_t>(access.wait)], {at_cycle_, at_cycle_ + clocks - 1}};
     span.display = row.display();
-    span.word_address = address_of_next(row);
+    span.word_address = row.address;
     span.page_misses = access.page_miss ? 1 : 0;
     record_.add(span);
     at_cycle_ += clocks;
@@ -372,6 +363,18 @@ int InputFramebuffer::pixels_before(std::int64_t cycle, int pixels) const {
     }
     const std::int64_t beats = (cycle - at_cycle_ + cycles_per_beat_ - 1) / cycles_per_beat_;
     return static_cast<int>(std::min<std::int64_t>(pixels, beats * pixels_per_beat_));
+}
+
+void InputFramebuffer::advance(Row& row, int pixels) const {
+    const int width = row.segment.row().sdx;
+    row.left -= pixels;
+    row.sent += pixels;
+    row.address += pixels;
+    row.column += pixels;
+    while (row.column >= width) {
+        row.column -= width;
+        row.address += renderer_.image_width_pixels - width;
+    }
 }
 
 /// Puts up to `pixels` pixels on the bus, beat by beat from at_cycle_ on; fewer if BUSREADY falls, or may fall, at a
@@ -402,8 +405,7 @@ void InputFramebuffer::send_beats(int pixels) {
     }
     record_.add(
         {BusUse::kBusy, span, frame(), row.display(), row.sent, taken, std::exchange(recovered_slots_, 0)});
-    row.sent += taken;
-    row.left -= taken;
+    advance(row, taken);
     pixels_left_ -= taken;
     burst_left_ -= taken;
     burst_beats_ += beats;

@@ -88,6 +88,8 @@ class InputFramebuffer final : public sc_core::sc_module {
         Segment segment;
         std::int64_t left = segment.pixels();  ///< pixels to be sent
         std::int64_t sent = 0;
+        std::int64_t address = 0;  ///< of the next pixel, in words of the memory
+        int column = 0;            ///< of the next pixel
         SlotTime slot{};
 
         int display() const { return segment.row().dcomp; }
@@ -101,7 +103,6 @@ class InputFramebuffer final : public sc_core::sc_module {
     Decision decide(std::int64_t cycle);
     bool is_certain() const;
     int frame() const { return frames_started_ - 1; }  ///< the newest one
-    std::int64_t address_of_next(const Row& row) const;
     void ask_for_frame(std::int64_t cycle);
     void start_frame(std::int64_t cycle);
     std::int64_t table_cycle() const;
@@ -117,6 +118,7 @@ class InputFramebuffer final : public sc_core::sc_module {
     std::int64_t judge_beats();
     void go_on_at(std::int64_t cycle);
     void end_burst(bool whole);
+    void advance(Row& row, int pixels) const;
     void ask_for_slot(Row& row, std::int64_t earliest);
     BusTransfer& transfer(int display);
     ::tlm::tlm_sync_enum take_notice(Payload& payload, Phase& phase, sc_core::sc_time& delay);
