@@ -13,6 +13,14 @@ namespace {
 
 constexpr std::int64_t kResetCycles = 2;
 
+/// Makes one more of a kind of module.
+template <typename Module, typename... Arguments>
+Module& make(std::vector<std::unique_ptr<Module>>& modules, const std::string& name,
+             Arguments&&... arguments) {
+    return *modules.emplace_back(
+        std::make_unique<Module>(name.c_str(), std::forward<Arguments>(arguments)...));
+}
+
 }  // namespace
 
 Metabuffer::Metabuffer(const sc_core::sc_module_name& name, const Scenario& scenario, Options options)
@@ -69,13 +77,12 @@ void Metabuffer::make_display_side() {
                 options_.observer->column_stall(static_cast<int>(d) + 1, frame, stall);
             });
         }
-        output_framebuffers_.push_back(std::make_unique<OutputFramebuffer>(
-            numbered("output_framebuffer", d).c_str(), scenario_, static_cast<int>(d) + 1, *columns_.back(),
-            *swap_lock_, first_cycle_));
-        dvi_displays_.push_back(std::make_unique<DviDisplay>(numbered("dvi_display", d).c_str()));
-        output_framebuffers_.back()->dvi_socket.bind(dvi_displays_.back()->dvi_socket);
-        dvi_displays_.back()->on_frame(
-            [this, d](int frame, const ColourImage* image) { frame_shown(d, frame, image); });
+        OutputFramebuffer& framebuffer =
+            make(output_framebuffers_, numbered("output_framebuffer", d), scenario_, static_cast<int>(d) + 1,
+                 *columns_.back(), *swap_lock_, first_cycle_);
+        DviDisplay& display = make(dvi_displays_, numbered("dvi_display", d));
+        framebuffer.dvi_socket.bind(display.dvi_socket);
+        display.on_frame([this, d](int frame, const ColourImage* image) { frame_shown(d, frame, image); });
     }
 }
 
@@ -89,34 +96,25 @@ Metabuffer::Memory Metabuffer::make_memory(const char* name, int renderer) const
 }
 
 void Metabuffer::make_renderer_side() {
+    const std::int64_t first_link_edge = dvi_in_.edge_from(reset_picoseconds_);
     for (std::size_t r = 0; r < renderers(); ++r) {
-        const std::int64_t first_link_edge = dvi_in_.edge_from(reset_picoseconds_);
-        auto source = std::make_unique<DviSource>(numbered("dvi_source", r).c_str(), scenario_,
-                                                  static_cast<int>(r), first_link_edge);
-        auto decoder =
-            std::make_unique<DviDecoder>(numbered("dvi_decoder", r).c_str(), scenario_.renderers[r].timing(),
-                                         scenario_.links.latency_clocks());
-        InputFramebuffer::Settings settings;
-        settings.renderer = static_cast<int>(r);
-        settings.first_link_edge = first_link_edge;
-        settings.first_cycle = first_cycle_;
-        settings.cache = cache_.get();
-        settings.observer = options_.observer;
-        auto framebuffer = std::make_unique<InputFramebuffer>(numbered("input_framebuffer", r).c_str(),
-                                                              scenario_, *agenda_, settings);
-        pair_requests_.push_back(
-            std::make_unique<sc_core::sc_signal<bool>>(numbered("pair_request", r).c_str(), true));
-        source->pair_request_i(*pair_requests_.back());
-        framebuffer->pair_request_o(*pair_requests_.back());
-        source->link_socket.bind(decoder->link_socket);
-        decoder->framebuffer_socket.bind(framebuffer->link_socket);
-        frame_memories_.push_back(make_memory(numbered("frame_memory", r).c_str(), static_cast<int>(r)));
-        framebuffer->memory_socket.bind(*frame_memories_.back().socket);
-        buses_.push_back(std::make_unique<Bus>(numbered("bus", r).c_str(), static_cast<int>(displays())));
-        framebuffer->bus_socket.bind(buses_.back()->framebuffer_socket);
-        dvi_sources_.push_back(std::move(source));
-        dvi_decoders_.push_back(std::move(decoder));
-        input_framebuffers_.push_back(std::move(framebuffer));
+        const auto index = static_cast<int>(r);
+        DviSource& source = make(dvi_sources_, numbered("dvi_source", r), scenario_, index, first_link_edge);
+        DviDecoder& decoder = make(dvi_decoders_, numbered("dvi_decoder", r), scenario_.renderers[r].timing(),
+                                   scenario_.links.latency_clocks());
+        const InputFramebuffer::Settings settings{index, first_link_edge, first_cycle_, cache_.get(),
+                                                  options_.observer};
+        InputFramebuffer& framebuffer =
+            make(input_framebuffers_, numbered("input_framebuffer", r), scenario_, *agenda_, settings);
+        auto& request = make(pair_requests_, numbered("pair_request", r), true);
+        source.pair_request_i(request);
+        framebuffer.pair_request_o(request);
+        source.link_socket.bind(decoder.link_socket);
+        decoder.framebuffer_socket.bind(framebuffer.link_socket);
+        frame_memories_.push_back(make_memory(numbered("frame_memory", r).c_str(), index));
+        framebuffer.memory_socket.bind(*frame_memories_.back().socket);
+        Bus& bus = make(buses_, numbered("bus", r), static_cast<int>(displays()));
+        framebuffer.bus_socket.bind(bus.framebuffer_socket);
     }
 }
 
@@ -125,12 +123,10 @@ void Metabuffer::make_composers() {
         for (std::size_t d = 0; d < displays(); ++d) {
             const Composer::Settings settings{static_cast<int>(r), static_cast<int>(d) + 1, options_.images,
                                               options_.observer};
-            composers_.push_back(std::make_unique<Composer>(numbered("composer", r, d).c_str(), scenario_,
-                                                            *agenda_, *columns_[d], relays_[d], settings));
-            buses_[r]->composer_socket(settings.display).bind(composers_.back()->bus_socket);
-            if (r > 0) {
-                composer(r - 1, d).pipe_out_socket.bind(composers_.back()->pipe_in_socket);
-            }
+            Composer& made = make(composers_, numbered("composer", r, d), scenario_, *agenda_, *columns_[d],
+                                  relays_[d], settings);
+            buses_[r]->composer_socket(settings.display).bind(made.bus_socket);
+            if (r > 0) composer(r - 1, d).pipe_out_socket.bind(made.pipe_in_socket);
         }
     }
     for (std::size_t d = 0; d < displays(); ++d) {
