@@ -69,11 +69,7 @@ void DviSource::send_frame(std::int64_t edge) {
     frame.active_lines = link.active_lines;
     frame.last_line_pixels = link.last_line_pixels;
     frame.first_edge = edge;
-
-    Payload& payload = frame_.payload();
-    payload.set_data_ptr(reinterpret_cast<unsigned char*>(frame.control.data()));
-    payload.set_data_length(static_cast<unsigned>(frame.control.size() * sizeof(std::uint32_t)));
-    transport(link_socket, payload);
+    transport(link_socket, frame_.payload());
     wake_at(edge + DviTiming{timing_.active_pixels, frame.active_lines}.frame_clocks());
 }
 

@@ -117,8 +117,7 @@ using AnyTargetSocket =
     ::tlm::tlm_base_target_socket_b<kSocketBits, ::tlm::tlm_fw_transport_if<Protocol<Content>>,
                                     ::tlm::tlm_bw_transport_if<Protocol<Content>>>;
 
-/// DVI link, dvi_source to dvi_decoder: a frame, sent when its first clock is on the link. The payload's data are the
-/// link words of its first scanline.
+/// DVI link, dvi_source to dvi_decoder: a frame, sent when its first clock is on the link.
 struct DviFrame : Extension<DviFrame> {
     const StoredImage* image = nullptr;  ///< lives as long as scenario and source
     std::vector<std::uint32_t> control;  ///< the control scanline as it is on the link
