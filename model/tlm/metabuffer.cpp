@@ -11,7 +11,7 @@
 namespace metabuffer::tlm {
 namespace {
 
-constexpr std::int64_t kResetCycles = 2;
+constexpr std::int64_t kFirstCycle = 2;  ///< the first core clock without reset
 
 /// Makes one more of a kind of module.
 template <typename Module, typename... Arguments>
@@ -29,8 +29,7 @@ Metabuffer::Metabuffer(const sc_core::sc_module_name& name, const Scenario& scen
       options_(std::move(options)),
       core_(clock_period_picoseconds(scenario.clocks.core_mhz)),
       dvi_in_(clock_period_picoseconds(scenario.clocks.dvi_in_mhz)),
-      first_cycle_(kResetCycles),
-      reset_picoseconds_(core_.picoseconds_of(kResetCycles) - core_.period_picoseconds() / 2),
+      reset_picoseconds_(core_.picoseconds_of(kFirstCycle) - core_.period_picoseconds() / 2),
       shown_(displays()),
       watchdog_interval_(watchdog_interval_picoseconds(scenario)) {
     refuse_faults_of_level_rtl(scenario, "tlm");
@@ -63,7 +62,7 @@ Metabuffer::~Metabuffer() {
 void Metabuffer::make_display_side() {
     const ClockDomain dvi_out(clock_period_picoseconds(scenario_.clocks.dvi_out_mhz));
     swap_lock_ = std::make_unique<SwapLock>("swap_lock", scenario_, dvi_out.edge_from(reset_picoseconds_),
-                                            first_cycle_);
+                                            kFirstCycle);
     swap_lock_->on_shown_by(options_.observer);
     const std::int64_t raster_pixels =
         std::int64_t{scenario_.displays.raster_width_pixels()} * scenario_.displays.raster_height_pixels();
@@ -79,7 +78,7 @@ void Metabuffer::make_display_side() {
         }
         OutputFramebuffer& framebuffer =
             make(output_framebuffers_, numbered("output_framebuffer", d), scenario_, static_cast<int>(d) + 1,
-                 *columns_.back(), *swap_lock_, first_cycle_);
+                 *columns_.back(), *swap_lock_, kFirstCycle);
         DviDisplay& display = make(dvi_displays_, numbered("dvi_display", d));
         framebuffer.dvi_socket.bind(display.dvi_socket);
         display.on_frame([this, d](int frame, const ColourImage* image) { frame_shown(d, frame, image); });
@@ -90,7 +89,7 @@ Metabuffer::Memory Metabuffer::make_memory(const char* name, int renderer) const
     if (options_.make_memory) {
         return options_.make_memory(name, scenario_, renderer);
     }
-    auto memory = std::make_unique<FrameMemory>(name, scenario_.memory, first_cycle_);
+    auto memory = std::make_unique<FrameMemory>(name, scenario_.memory, kFirstCycle);
     AnyTargetSocket<MemoryAccess>* const socket = &memory->socket;
     return {std::move(memory), socket};
 }
@@ -102,7 +101,7 @@ void Metabuffer::make_renderer_side() {
         DviSource& source = make(dvi_sources_, numbered("dvi_source", r), scenario_, index, first_link_edge);
         DviDecoder& decoder = make(dvi_decoders_, numbered("dvi_decoder", r), scenario_.renderers[r].timing(),
                                    scenario_.links.latency_clocks());
-        const InputFramebuffer::Settings settings{index, first_link_edge, first_cycle_, cache_.get(),
+        const InputFramebuffer::Settings settings{index, first_link_edge, kFirstCycle, cache_.get(),
                                                   options_.observer};
         InputFramebuffer& framebuffer =
             make(input_framebuffers_, numbered("input_framebuffer", r), scenario_, *agenda_, settings);

@@ -110,8 +110,7 @@ class Metabuffer final : public sc_core::sc_module {
     Options options_;
     ClockDomain core_;
     ClockDomain dvi_in_;
-    std::int64_t first_cycle_;  ///< core clock without reset; the others' clocks follow from its time
-    std::int64_t reset_picoseconds_;
+    std::int64_t reset_picoseconds_;  ///< every clock domain's first edge without reset follows from it
     std::unique_ptr<ContentCache> cache_;
 
     std::vector<std::unique_ptr<ColumnTime>> columns_;
