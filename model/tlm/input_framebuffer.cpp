@@ -57,9 +57,6 @@ InputFramebuffer::InputFramebuffer(const sc_core::sc_module_name& name, const Sc
 Decision InputFramebuffer::decide(std::int64_t cycle) {
     record_.begin_decision();
     switch (state_) {
-        case State::kRequest:
-            ask_for_frame(cycle);
-            break;
         case State::kStart:
             start_frame(cycle);
             break;
@@ -78,7 +75,6 @@ Decision InputFramebuffer::decide(std::int64_t cycle) {
             break;
         case State::kWait:
         case State::kDone:
-            next_cycle_ = kUnknownCycle;
             break;
     }
     return {next_cycle_, next_cycle_ != kUnknownCycle && is_certain()};
@@ -165,10 +161,7 @@ void InputFramebuffer::send_table(std::int64_t cycle) {
         wait_for_arbiter(slot_table_cycle_ - next_cycle_);
     }
     std::vector<const Row*> row_of(static_cast<std::size_t>(limits_.displays), nullptr);
-    for (Row& row : rows_) {
-        row_of[row.display() - std::size_t{1}] = &row;
-        row.slot = SlotTime{next_cycle_, 0, 0, 0};
-    }
+    for (const Row& row : rows_) row_of[row.display() - std::size_t{1}] = &row;
     bus_transfer_->kind = BusTransfer::Kind::kTable;
     bus_transfer_->table_cycle = last_beat + 1 + delay_cycles_;
     for (int display = 1; display <= limits_.displays; ++display) {
@@ -481,7 +474,6 @@ std::int64_t InputFramebuffer::bus_progress(std::int64_t through_cycle) const {
 
 std::string InputFramebuffer::waiting_for(std::int64_t through_cycle) const {
     switch (state_) {
-        case State::kRequest:
         case State::kWait:
         case State::kStart:
             return waits::for_pair(frames_started_);

@@ -76,12 +76,11 @@ class InputFramebuffer final : public sc_core::sc_module {
 
     // ---- the bus side (core clock) ----
     enum class State : std::uint8_t {
-        kRequest,  ///< asks the link's side for a pair
-        kWait,     ///< waits for its answer
-        kStart,    ///< reads the answer
-        kTable,    ///< broadcasts the table, once every composer can receive it
-        kSend,     ///< arbitrates
-        kBurst,    ///< in a burst
+        kSend,   ///< arbitrates, or asks the link's side for a pair once all has been sent
+        kWait,   ///< waits for its answer
+        kStart,  ///< reads the answer
+        kTable,  ///< broadcasts the table, once every composer can receive it
+        kBurst,  ///< in a burst
         kDone,
     };
     struct Row {
@@ -179,7 +178,7 @@ class InputFramebuffer final : public sc_core::sc_module {
     std::int64_t newest_block_cycle_ = -1;  ///< of the last block reported to the memory
 
     // The bus side.
-    State state_ = State::kRequest;
+    State state_ = State::kSend;
     std::int64_t next_cycle_;  ///< of the next decision
     int frames_started_ = 0;
     std::vector<Row> rows_;
