@@ -13,7 +13,7 @@ namespace metabuffer::tlm {
 /// adds no time.
 class Bus final : public sc_core::sc_module {
   public:
-    TargetSocket<Bus, BusTransfer> framebuffer_socket{"framebuffer_socket"};  ///< BusTransfer
+    TargetSocket<Bus, BusTransfer> framebuffer_socket{"framebuffer_socket"};
     using ComposerSocket = InitiatorSocket<Bus, BusTransfer>;
 
     Bus(const sc_core::sc_module_name& name, int displays);

@@ -29,7 +29,7 @@ class Composer final : public sc_core::sc_module {
   public:
     TargetSocket<Composer, BusTransfer> bus_socket{"bus_socket"};  ///< BusTransfer, BusNotice
     OptionalTargetSocket<Composer, PipelineFrame> pipe_in_socket{"pipe_in_socket"};  ///< from above
-    InitiatorSocket<Composer, PipelineFrame> pipe_out_socket{"pipe_out_socket"};     ///< PipelineFrame
+    InitiatorSocket<Composer, PipelineFrame> pipe_out_socket{"pipe_out_socket"};
 
     struct Settings {
         int renderer = 0;  ///< index in the column, from 0; composer 0 is the PIPEMASTER

@@ -17,8 +17,8 @@ namespace metabuffer::tlm {
 /// input framebuffer receives each event. The causes and clocks are those of level rtl.
 class DviDecoder final : public sc_core::sc_module {
   public:
-    TargetSocket<DviDecoder, DviFrame> link_socket{"link_socket"};                       ///< DviFrame
-    InitiatorSocket<DviDecoder, DecodedFrame> framebuffer_socket{"framebuffer_socket"};  ///< DecodedFrame
+    TargetSocket<DviDecoder, DviFrame> link_socket{"link_socket"};
+    InitiatorSocket<DviDecoder, DecodedFrame> framebuffer_socket{"framebuffer_socket"};
 
     /// timing: the mode of the renderer's link. latency_clocks: of the link's encoder and decoder, if it has any.
     DviDecoder(const sc_core::sc_module_name& name, const DviTiming& timing, int latency_clocks);

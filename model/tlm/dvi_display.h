@@ -12,7 +12,7 @@ namespace metabuffer::tlm {
 /// A display, box E of the paper's Figure 1: receives the frames that have been on its DVI link.
 class DviDisplay final : public sc_core::sc_module {
   public:
-    TargetSocket<DviDisplay, ShownFrame> dvi_socket{"dvi_socket"};  ///< ShownFrame
+    TargetSocket<DviDisplay, ShownFrame> dvi_socket{"dvi_socket"};
 
     explicit DviDisplay(const sc_core::sc_module_name& name) : sc_core::sc_module(name) {
         dvi_socket.register_b_transport(this, &DviDisplay::take_frame);

@@ -19,7 +19,7 @@ namespace metabuffer::tlm {
 /// reset one vertical sync; in lockstep a pair starts at the clock that reads pair_request high.
 class DviSource final : public sc_core::sc_module {
   public:
-    InitiatorSocket<DviSource, DviFrame> link_socket{"link_socket"};  ///< DviFrame
+    InitiatorSocket<DviSource, DviFrame> link_socket{"link_socket"};
     sc_core::sc_in<bool> pair_request_i{"pair_request_i"};
 
     /// renderer: index, from 0. first_edge: the first DVI input clock without reset. The scenario must outlive

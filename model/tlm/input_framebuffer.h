@@ -33,9 +33,9 @@ namespace metabuffer::tlm {
 /// in one transaction.
 class InputFramebuffer final : public sc_core::sc_module {
   public:
-    TargetSocket<InputFramebuffer, DecodedFrame> link_socket{"link_socket"};         ///< DecodedFrame
-    sc_core::sc_out<bool> pair_request_o{"pair_request_o"};                          ///< DVI input clock
-    InitiatorSocket<InputFramebuffer, MemoryAccess> memory_socket{"memory_socket"};  ///< MemoryAccess
+    TargetSocket<InputFramebuffer, DecodedFrame> link_socket{"link_socket"};
+    sc_core::sc_out<bool> pair_request_o{"pair_request_o"};  ///< DVI input clock
+    InitiatorSocket<InputFramebuffer, MemoryAccess> memory_socket{"memory_socket"};
     InitiatorSocket<InputFramebuffer, BusTransfer> bus_socket{"bus_socket"};  ///< BusTransfer, BusNotice
 
     struct Settings {

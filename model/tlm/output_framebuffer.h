@@ -22,8 +22,8 @@ namespace metabuffer::tlm {
 /// when one is free, and gives whole frames to its display when they have been on the DVI link.
 class OutputFramebuffer final : public sc_core::sc_module {
   public:
-    TargetSocket<OutputFramebuffer, PipelineFrame> pipe_socket{"pipe_socket"};  ///< PipelineFrame
-    InitiatorSocket<OutputFramebuffer, ShownFrame> dvi_socket{"dvi_socket"};    ///< ShownFrame
+    TargetSocket<OutputFramebuffer, PipelineFrame> pipe_socket{"pipe_socket"};
+    InitiatorSocket<OutputFramebuffer, ShownFrame> dvi_socket{"dvi_socket"};
 
     /// Scenario, column and swap lock must outlive the module. display: its own, from 1. pipeready_cycle: the core
     /// clock in which PIPEREADY rises for the first time.
