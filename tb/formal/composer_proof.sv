@@ -86,6 +86,8 @@ module composer_proof #(
   localparam int IN_FLIGHT = (2 + LOOP) * BEAT_PIXELS;
   localparam int LEFT_BITS = INDEX_BITS;
   localparam bit PROMPT = BOUND_CYCLES != 0;
+  // The watched pixel's colour. A sixteenth of it must not be rounded to nothing where a composer smooths.
+  localparam int COLOUR_BITS = WINDOW_ROWS > 1 ? 8 : 1;
 
   localparam logic [1:0] BUS_NONE = 2'd0;
   localparam logic [1:0] BUS_FRAME_START = 2'd1;
@@ -275,7 +277,8 @@ module composer_proof #(
       words[112 +: 8] = 8'(MULTIPLE);
     end else begin
       for (int word = 0; word < BEAT_PIXELS; word = word + 1) begin
-        words[64*word] = watching && frame == watched_frame && first + INDEX_BITS'(word) == watched_pixel;
+        if (watching && frame == watched_frame && first + INDEX_BITS'(word) == watched_pixel)
+          words[64*word +: COLOUR_BITS] = '1;
       end
     end
   end
@@ -343,23 +346,30 @@ module composer_proof #(
 
   // ---- what the raster should show ----
 
-  logic covered, shows_watched, expected_watched, expected_valid;
+  // Whether a line of the raster shows a line of the segment; smoothed, whether it lies within a line's distance.
+  function automatic logic shows(input logic signed [31:0] beyond, input int source);
+    if (WINDOW_ROWS > 1) begin
+      shows = 2 * beyond - MULTIPLE + 1 > 2 * (source - 1) * MULTIPLE &&
+              2 * beyond - MULTIPLE + 1 < 2 * (source + 1) * MULTIPLE;
+    end else begin
+      shows = beyond >= source * MULTIPLE && beyond < (source + 1) * MULTIPLE;
+    end
+  endfunction
+
+  logic covered, watched_covers, shows_watched, expected_watched, expected_valid;
   logic signed [31:0] beyond_x, beyond_y;
-  logic [INDEX_BITS-1:0] shown_pixel;
 
   always_comb begin : raster
     beyond_x = $signed(32'(x)) - DX;
     beyond_y = $signed(32'(y)) - DY;
     covered = beyond_x >= 0 && beyond_x < SDX * MULTIPLE && beyond_y >= 0 && beyond_y < SDY * MULTIPLE;
-    shown_pixel = '0;
+    watched_covers = 1'b0;
     for (int v = 0; v < SDY; v = v + 1) begin
       for (int u = 0; u < SDX; u = u + 1) begin
-        if (beyond_x >= u * MULTIPLE && beyond_x < (u + 1) * MULTIPLE && beyond_y >= v * MULTIPLE &&
-            beyond_y < (v + 1) * MULTIPLE) shown_pixel = INDEX_BITS'(v * SDX + u);
+        if (watched_pixel == INDEX_BITS'(v * SDX + u) && shows(beyond_x, u) && shows(beyond_y, v)) watched_covers = covered;
       end
     end
-    shows_watched = compositing && covered && watching && frame_composited == watched_frame && watched_arrived &&
-                    shown_pixel == watched_pixel;
+    shows_watched = compositing && watched_covers && watching && frame_composited == watched_frame && watched_arrived;
   end
 
   always_ff @(posedge clk_i) begin : watch
@@ -401,8 +411,10 @@ module composer_proof #(
   assign bad_loss = !reset && ((!LOSSES && (lost != '0 || lost_tables != '0)) ||
                                (STALL_MODE && (late != '0 || starved)));
   // A lost frame passes what comes from above.
-  assign bad_pixel = !reset && (valid_out != expected_valid || (pixel_out[0] && !expected_watched) ||
-                                (expected_watched && !pixel_out[0] && !(LOSSES && lost_out)) || (!LOSSES && lost_out));
+  logic seen_colour;
+  assign seen_colour = pixel_out[COLOUR_BITS-1:0] != '0;
+  assign bad_pixel = !reset && (valid_out != expected_valid || (seen_colour && !expected_watched) ||
+                                (expected_watched && !seen_colour && !(LOSSES && lost_out)) || (!LOSSES && lost_out));
   assign bad_wait = !reset && BOUND_CYCLES != 0 && waited >= WAIT_BITS'(BOUND_CYCLES);
   logic [INDEX_BITS-1:0] coming;
   assign coming = kind == BUS_PIXELS && own ? INDEX_BITS'(beat_count) : '0;
@@ -416,12 +428,12 @@ module composer_proof #(
   assign seen_cut = !reset && cut;
   assign seen_full = !reset && held == COUNT_BITS'(BUFFER_PIXELS);
   assign seen_next_fetched = !reset && compositing && kind == BUS_PIXELS && own && frame != frame_composited;
-  assign seen_replay = !reset && replayed && pixel_out[0];
+  assign seen_replay = !reset && replayed && seen_colour;
   assign seen_starved = !reset && starved;
   assign seen_stall = !reset && stalled;
   assign seen_loss = !reset && lost != '0;
   assign seen_lost_table = !reset && lost_tables != '0;
-  assign seen_watched = !reset && pixel_out[0];
+  assign seen_watched = !reset && seen_colour;
   assign seen_refused_table = !reset && starts_table_i && !in_table && own_left == '0 && !tableready_seen;
 
   composer #(
