@@ -244,15 +244,15 @@ void BufferTime::report_decline(const Frame& frame, std::int64_t now) {
     if (!on_level_ || next_follows || frame.planned < frame.pixels() || newest_arrival_ >= end) {
         return;
     }
-    const auto tell = [this, &frame](std::int64_t cycle) {
+    const auto report = [this, &frame](std::int64_t cycle) {
         on_level_(cycle, held(frame.number, frame.pixels(), cycle));
     };
     for (std::int64_t point = 1; point <= kPoints; ++point) {
         const std::int64_t cycle = newest_arrival_ + (end - newest_arrival_) * point / kPoints;
         if (wanted_level_cycle_ > newest_arrival_ && wanted_level_cycle_ < cycle) {
-            tell(std::exchange(wanted_level_cycle_, -1));
+            report(std::exchange(wanted_level_cycle_, -1));
         }
-        tell(cycle);
+        report(cycle);
     }
 }
 
@@ -364,15 +364,15 @@ void BufferTime::count_high_water(const Run& run) {
 void BufferTime::report_levels(const Run& run) {
     const std::int64_t before = run.first_arrival - 1;
     const std::int64_t last = last_arrival(run);
-    const auto tell = [this, &run](int pixels, std::int64_t cycle) {
+    const auto report = [this, &run](int pixels, std::int64_t cycle) {
         on_level_(cycle, held(run.frame, run.first_pixel + pixels, cycle));
     };
     // No earlier run lasts until that clock.
     const std::int64_t wanted = wanted_level_cycle_ < last ? std::exchange(wanted_level_cycle_, -1) : -1;
-    if (wanted >= 0 && wanted < before) tell(0, wanted);
-    tell(0, before);
-    if (wanted > before) tell(arrived(run, wanted), wanted);
-    tell(run.pixels, last);
+    if (wanted >= 0 && wanted < before) report(0, wanted);
+    report(0, before);
+    if (wanted > before) report(arrived(run, wanted), wanted);
+    report(run.pixels, last);
 }
 
 /// The pixels held at a clock if the frame's first `pixels` pixels have arrived and nothing after them.

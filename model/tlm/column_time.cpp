@@ -137,7 +137,7 @@ void ColumnTime::when_known(int frame, std::int64_t step, std::function<void()> 
     std::push_heap(waiters_.begin(), waiters_.end(), std::greater<>());
 }
 
-void ColumnTime::tell() {
+void ColumnTime::call_waiters() {
     while (!waiters_.empty()) {
         const Waiter& first = waiters_.front();
         if (cycle_of(first.frame, first.step) == kUnknownCycle) return;

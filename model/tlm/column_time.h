@@ -100,7 +100,7 @@ class ColumnTime {
     void when_known(int frame, std::int64_t step, std::function<void()> callback);
     /// Calls the callbacks whose steps are known now. To be called after start() and advance(), once the caller's own
     /// state is consistent.
-    void tell();
+    void call_waiters();
 
     /// The step's clock, if it is known.
     std::int64_t cycle_of(int frame, std::int64_t step) const {

@@ -88,10 +88,10 @@ Composer::Composer(const sc_core::sc_module_name& name, const Scenario& scenario
     pipe_in_socket.register_nb_transport_fw(this, &Composer::take_startframe);
     pipe_out_socket.register_nb_transport_bw(this, &Composer::take_pipeready);
     if (settings.observer != nullptr) {
-        const auto tell = [this](std::int64_t cycle, int held_pixels) {
+        const auto report_level = [this](std::int64_t cycle, int held_pixels) {
             settings_.observer->buffer_level(settings_.renderer + 1, settings_.display, cycle, held_pixels);
         };
-        buffer_.on_level(tell, settings_.observer->level_wanted_cycle());
+        buffer_.on_level(report_level, settings_.observer->level_wanted_cycle());
     }
     if (pipemaster()) {
         SC_METHOD(send_frame_down);
@@ -165,7 +165,7 @@ void Composer::take_beats(BusTransfer& transfer) {
     raise_pipeready();
     if (column_.may_stall() && column_.started(transfer.frame)) {
         column_.advance(agenda_.now());
-        column_.tell();
+        column_.call_waiters();
     }
 }
 
@@ -234,7 +234,7 @@ void Composer::start_column(int frame, std::int64_t cycle) {
     column_.when_known(frame, column_.last_step(), [this, frame] {
         composited_event_.notify(core_.until(column_.frame(frame).cycle_of(column_.last_step())));
     });
-    column_.tell();
+    column_.call_waiters();
 }
 
 ::tlm::tlm_sync_enum Composer::take_startframe(Payload& payload, Phase& /*phase*/,

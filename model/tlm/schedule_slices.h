@@ -24,7 +24,7 @@ enum class Slice : std::uint8_t {
     kShows
 };
 
-/// What a schedule writes of a kind, and what its readers are told of it.
+/// What a schedule writes of a kind, and what that says to its readers.
 struct SliceRow {
     Slice value;
     /// D or F in it is the number of a display or of a frame. Perfetto chooses its colours by the name without its numbers,

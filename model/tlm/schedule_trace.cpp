@@ -160,7 +160,7 @@ std::optional<CycleSpan> ScheduleTrace::finish(std::int64_t core_cycles) {
         for (int renderer = 1; renderer <= static_cast<int>(counter_names_.size()); ++renderer) {
             for (int display = 1; display <= displays_; ++display) {
                 const Level& last = level(renderer, display);
-                if (last.is_before) write_level(renderer, display, window_->first, last.told);
+                if (last.is_before) write_level(renderer, display, window_->first, last.reported);
             }
         }
     }
@@ -228,7 +228,7 @@ void ScheduleTrace::bus(int renderer, const BusSpan& span) {
 void ScheduleTrace::buffer_level(int renderer, int display, std::int64_t cycle, int held_pixels) {
     Level& of_buffer = level(renderer, display);
     of_buffer.is_before = window_ && cycle < window_->first;
-    of_buffer.told = held_pixels;
+    of_buffer.reported = held_pixels;
     if (of_buffer.is_before || (window_ && cycle > window_->last)) return;
     write_level(renderer, display, cycle, held_pixels);
 }

@@ -66,7 +66,7 @@ class ScheduleTrace final : public ScheduleObserver {
     struct Level {
         int written = -1;        ///< the last in the file; -1: none
         bool is_before = false;  ///< the last one reported is of a clock before the window
-        int told = 0;
+        int reported = 0;
     };
     void write_level(int renderer, int display, std::int64_t cycle, int held_pixels);
     Level& level(int renderer, int display) {

@@ -50,7 +50,7 @@ class Tally final : public tlm::ScheduleObserver {
         int held_pixels;
     };
     std::map<std::pair<int, int>, std::vector<Beats>> sent;             ///< by renderer, display
-    std::map<std::pair<int, int>, std::vector<Level>> told;             ///< likewise: levels of buffers
+    std::map<std::pair<int, int>, std::vector<Level>> reported;         ///< likewise: levels of buffers
     std::map<std::pair<int, int>, CycleSpan> columns;                   ///< by display, frame
     std::map<std::pair<int, int>, std::vector<CycleSpan>> standstills;  ///< likewise
     bool destinations_good = true;
@@ -87,7 +87,7 @@ class Tally final : public tlm::ScheduleObserver {
         levels_of_beats = levels_of_beats && cycle >= first_beats_.at(renderer);
         std::int64_t& highest = levels[{renderer, display}];
         highest = std::max<std::int64_t>(highest, held_pixels);
-        told[{renderer, display}].push_back({cycle, held_pixels});
+        reported[{renderer, display}].push_back({cycle, held_pixels});
     }
     void composited(int display, int frame, CycleSpan span) override {
         composited_frames[display].push_back(frame);
@@ -270,8 +270,8 @@ class HeldPixels {
 
 /// Each level that is reported is what the buffer holds in that clock.
 void check_levels(const Tally& tally, const Scenario& scenario, const RunReport& report) {
-    REQUIRE_FALSE(tally.told.empty());
-    for (const auto& [composer, levels] : tally.told) {
+    REQUIRE_FALSE(tally.reported.empty());
+    for (const auto& [composer, levels] : tally.reported) {
         const auto [renderer, display] = composer;
         const HeldPixels held(tally, scenario, report, renderer, display);
         for (const Tally::Level& level : levels) {

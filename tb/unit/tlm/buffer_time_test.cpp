@@ -112,7 +112,7 @@ TEST_CASE("buffer time: a pixel sampled in the clock of its use starves and is l
     }
 }
 
-TEST_CASE("buffer time: levels are told before and after each run of beats") {
+TEST_CASE("buffer time: levels are reported before and after each run of beats") {
     ColumnTime column(1, kWidth * kHeight, false);
     const ViewportRow row = segment_row({8, 2});
     BufferTime buffer(config_of(32, 2), column);

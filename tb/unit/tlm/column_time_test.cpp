@@ -117,22 +117,22 @@ TEST_CASE("column time: what waits for a step is called once and in the order of
     column.when_known(0, 9, [&known] { known.push_back(9); });
     column.when_known(0, 0, [&known] { known.push_back(0); });
     column.when_known(0, 10, [&known] { known.push_back(10); });
-    column.tell();
+    column.call_waiters();
     CHECK(known.empty());
     column.start(0, 30);
     column.set_needed_step(0, 9);
     column.set_needed_step(1, kNoStep);
     column.advance(28);
-    column.tell();
+    column.call_waiters();
     CHECK(known == std::vector<int>{0, 9});  // step 9 waits for the pixel and is the last that is known
     column.set_needed_step(0, kNoStep);
     column.advance(28);
-    column.tell();
+    column.call_waiters();
     CHECK(known == std::vector<int>{0, 9, 10});
     column.start(1, 300);
-    column.tell();
+    column.call_waiters();
     CHECK(known == std::vector<int>{0, 9, 10, 100});
-    column.tell();
+    column.call_waiters();
     CHECK(known.size() == 4);
 }
 
