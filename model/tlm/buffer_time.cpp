@@ -193,8 +193,13 @@ void BufferTime::close_frame(int frame, std::int64_t limit, std::int64_t now) {
         for (const Run& run : runs_) {
             if (run.frame == frame && column_.started(frame)) count_starved_and_late(run, false);
         }
-        for (std::int64_t k = state.planned; k < state.pixels(); ++k) {
-            starve_block(state, k, limit);  // it is not even on its way
+        // The rest is not even on its way.
+        const Segment& segment = state.segment;
+        for (std::int64_t k = state.planned, column = 0; k < state.pixels();
+             k += segment.row().sdx - column) {
+            column = k % segment.row().sdx;
+            starve(state, {segment.newest_columns(static_cast<int>(column)).begin, segment.right()},
+                   segment.newest_rows(static_cast<int>(k / segment.row().sdx)), limit);
         }
     }
     state.closed = true;
@@ -410,18 +415,18 @@ void BufferTime::count_starved_and_late(const Run& run, bool count_late) {
             ++counters_.late_pixels;
         }
         if (note_starved) {
-            starve_block(frame, k, missing_before);
+            const auto index =
+                static_cast<std::uint32_t>(k);  // a 64-bit division takes several times as long
+            starve(frame, segment.newest_columns(static_cast<int>(index % segment.row().sdx)),
+                   segment.newest_rows(static_cast<int>(index / segment.row().sdx)), missing_before);
         }
     }
 }
 
-/// The positions before `missing_before` whose newest pixel is k starve.
-void BufferTime::starve_block(Frame& frame, std::int64_t k, std::int64_t missing_before) const {
-    const Segment& segment = frame.segment;
-    const auto index = static_cast<std::uint32_t>(k);  // a 64-bit division takes several times as long
-    const Segment::Range columns = segment.newest_columns(static_cast<int>(index % segment.row().sdx));
-    const Segment::Range rows = segment.newest_rows(static_cast<int>(index / segment.row().sdx));
-    if (columns.begin == columns.end) {
+/// Of the positions in these columns and rows those before `missing_before` starve.
+void BufferTime::starve(Frame& frame, Segment::Range columns, Segment::Range rows,
+                        std::int64_t missing_before) const {
+    if (columns.begin >= columns.end) {
         return;
     }
     for (int y = rows.begin; y < rows.end; ++y) {

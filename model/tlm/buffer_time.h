@@ -170,7 +170,7 @@ class BufferTime {
     void count_high_water(const Run& run);
     int held(int frame, std::int64_t pixels, std::int64_t cycle) const;
     void count_starved_and_late(const Run& run, bool count_late);
-    void starve_block(Frame& frame, std::int64_t k, std::int64_t missing_before) const;
+    void starve(Frame& frame, Segment::Range columns, Segment::Range rows, std::int64_t missing_before) const;
     bool releases_one_a_clock(int frame) const;
     void add_starved(Frame& frame, int y, int x_begin, int x_end) const;
     std::int64_t replayed_positions(const Segment& segment, std::int64_t limit) const;
