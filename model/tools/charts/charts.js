@@ -16,11 +16,11 @@
 // Texts of rows are only ever data: they never get into the specification's expressions.
 const metabufferCharts = (() => {
     "use strict";
-    const {themes, goodName, badName, mostSymbols, isNumber, isThere, distinct, kindOf, inOrder, extent, isGeometric,
-           spansDecades, roundNumbers, formatNumber, formatValue, numberLabel, percentLabel, evenNumbers, thinned,
-           numberScale, areaOf, config, nameLabels, besidePanels, legendPosition, seriesScales, seriesOf, seriesNamesOf,
-           axisLabels, horizontal, vertical, referenceMarks, pointing, symbols, lostMarks, markRow, meansOf,
-           plural} = metabufferScales;
+    const {themes, goodName, badName, mostSymbols, isNumber, isThere, distinct, kindOf, inOrder, extent, spansDecades,
+           roundNumbers, formatNumber, numberLabel, percentLabel, evenNumbers, thinned, numberScale, areaOf, config,
+           nameLabels, besidePanels, legendPosition, seriesScales, seriesOf, seriesNamesOf, axisLabels, horizontal,
+           vertical, referenceMarks, pointing, symbols, lostMarks, markRow, meansOf, plural} = metabufferScales;
+
     const builders = {};
 
     builders.lines = (request, area, theme, rows, panels) => {
@@ -460,5 +460,5 @@ const metabufferCharts = (() => {
         return {spec, notes: built.notes};
     }
 
-    return {build, kindOf, inOrder, isGeometric, formatValue, isNumber, isThere, frontOf};
+    return {build};
 })();

@@ -1,7 +1,8 @@
 // The report page. Everything from the results is data: it reaches the document as text, never as markup.
 (() => {
     "use strict";
-    const {build, kindOf, inOrder, formatValue, isNumber, isThere} = metabufferCharts;
+    const {kindOf, inOrder, formatValue, isNumber, isThere} = metabufferScales;
+    const {build} = metabufferCharts;
     const {element} = metabufferElements;
     const {data, severalSources, searchKey, points, simulations, entities, axisFields, figureFields, smallestField,
            lookedField, statusField, figureNamed, rateField, starvedField, valuesOf, isVaried, hasValues, figureOf,

@@ -1,7 +1,7 @@
 // The results that the report page is about: its points and simulations, and the fields that these have.
 const metabufferResults = (() => {
     "use strict";
-    const {inOrder, formatValue, isNumber, isThere} = metabufferCharts;
+    const {inOrder, formatValue, isNumber, isThere} = metabufferScales;
     const data = JSON.parse(document.getElementById("data").textContent);
 
     const severalSources = data.sources.length > 1;

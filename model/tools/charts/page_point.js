@@ -1,7 +1,7 @@
 // What the report page shows of one point or simulation: its report, its pictures, and the command that runs it by hand.
 const metabufferPoint = (() => {
     "use strict";
-    const {formatValue, isNumber, isThere} = metabufferCharts;
+    const {formatValue, isNumber, isThere} = metabufferScales;
     const {element, shellWord, inflatedText, busesOf, saveButton, copyButton} = metabufferElements;
     const {data} = metabufferResults;
 

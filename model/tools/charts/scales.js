@@ -327,9 +327,8 @@ const metabufferScales = (() => {
         return `${formatNumber(count)} ${thing}${count === 1 ? "" : "s"}`;
     }
 
-    return {themes, goodName, badName, mostSymbols, isNumber, isThere, distinct, kindOf, inOrder, extent, isGeometric,
-            spansDecades, roundNumbers, formatNumber, formatValue, numberLabel, percentLabel, evenNumbers, thinned,
-            numberScale, areaOf, config, nameLabels, besidePanels, legendPosition, seriesScales, seriesOf,
-            seriesNamesOf, axisLabels, horizontal, vertical, referenceMarks, pointing, symbols, lostMarks, markRow,
-            meansOf, plural};
+    return {themes, goodName, badName, mostSymbols, isNumber, isThere, distinct, kindOf, inOrder, extent, spansDecades,
+            roundNumbers, formatNumber, formatValue, numberLabel, percentLabel, evenNumbers, thinned, numberScale,
+            areaOf, config, nameLabels, besidePanels, legendPosition, seriesScales, seriesOf, seriesNamesOf, axisLabels,
+            horizontal, vertical, referenceMarks, pointing, symbols, lostMarks, markRow, meansOf, plural};
 })();
