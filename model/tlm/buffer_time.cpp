@@ -195,11 +195,10 @@ void BufferTime::close_frame(int frame, std::int64_t limit, std::int64_t now) {
         }
         // The rest is not even on its way.
         const Segment& segment = state.segment;
-        for (std::int64_t k = state.planned, column = 0; k < state.pixels();
-             k += segment.row().sdx - column) {
-            column = k % segment.row().sdx;
-            starve(state, {segment.newest_columns(static_cast<int>(column)).begin, segment.right()},
-                   segment.newest_rows(static_cast<int>(k / segment.row().sdx)), limit);
+        const auto width = std::int64_t{segment.row().sdx};
+        for (std::int64_t k = state.planned; k < state.pixels(); k = (k / width + 1) * width) {
+            starve(state, {segment.newest_columns(static_cast<int>(k % width)).begin, segment.right()},
+                   segment.newest_rows(static_cast<int>(k / width)), limit);
         }
     }
     state.closed = true;

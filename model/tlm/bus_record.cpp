@@ -71,11 +71,22 @@ BusCounters BusRecord::counters(std::int64_t through_cycle) const {
 std::optional<std::string> BusRecord::waiting_for(std::int64_t cycle) const {
     for (const BusSpan& span : newest_) {
         if (cycle < span.cycles.first || cycle >= span.cycles.last) continue;
-        if (span.use == BusUse::kTable) return std::string();
-        if (span.use == BusUse::kPageMiss) return waits::for_memory_page();
-        if (span.use == BusUse::kRefresh) return waits::for_memory_refresh();
-        if (span.use == BusUse::kWrite) return waits::for_memory_write();
-        if (span.use == BusUse::kLost) return waits::for_lost_slot();
+        switch (span.use) {
+            case BusUse::kTable:
+                return std::string();
+            case BusUse::kPageMiss:
+                return waits::for_memory_page();
+            case BusUse::kRefresh:
+                return waits::for_memory_refresh();
+            case BusUse::kWrite:
+                return waits::for_memory_write();
+            case BusUse::kLost:
+                return waits::for_lost_slot();
+            case BusUse::kBusy:
+            case BusUse::kGrant:
+            case BusUse::kPoll:
+                break;
+        }
     }
     return std::nullopt;
 }

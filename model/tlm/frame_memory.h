@@ -53,6 +53,7 @@ class FrameMemory final : public sc_core::sc_module {
         return bank.refreshes == refreshes_by(cycle) ? bank.page : kNoPage;
     }
     Bank& bank_of(std::int64_t page) { return banks_[static_cast<std::size_t>(page) % banks_.size()]; }
+
     /// With shared ports: words of the link.
     struct Block {
         std::int64_t ready_cycle = 0;  ///< the first clock in which it may be written
