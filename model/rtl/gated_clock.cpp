@@ -11,6 +11,7 @@ void RisingClock::start_of_simulation() {
 }
 
 void RisingClock::tick() {
+    if (stopped_) return;
     const bool falls = m_next_negedge_event.triggered();
     m_cur_val = falls;  // without a fall in between it is low all the same when it rises again
     m_new_val = !falls;

@@ -14,6 +14,8 @@ class RisingClock final : public sc_core::sc_clock {
     RisingClock(const char* name, const sc_core::sc_time& period) : sc_core::sc_clock(name, period) {}
     /// It falls from its next rise on.
     void show_falls() { falls_ = true; }
+    /// It has no more edges.
+    void stop() { stopped_ = true; }
 
   private:
     void before_end_of_elaboration() override {}
@@ -21,6 +23,7 @@ class RisingClock final : public sc_core::sc_clock {
     void tick();
 
     bool falls_ = false;
+    bool stopped_ = false;
 };
 
 /// Whether a machine's blocks are on gated clocks. kOff is for the test that shows that gating changes nothing.

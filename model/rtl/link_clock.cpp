@@ -13,6 +13,7 @@ LinkClock::LinkClock(const sc_core::sc_module_name& name, std::int64_t nominal_p
 }
 
 void LinkClock::step() {
+    if (stopped_) return;
     high_ = !high_;
     clk_o.write(high_);
     if (!high_) {

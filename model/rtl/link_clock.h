@@ -18,12 +18,15 @@ class LinkClock final : public Block {
     SC_HAS_PROCESS(LinkClock);
 
     void trace(sc_core::sc_trace_file* file) const override;
+    /// It does not change again.
+    void stop() { stopped_ = true; }
 
   private:
     void step();
 
     std::int64_t nominal_period_picoseconds_;
     bool high_ = false;
+    bool stopped_ = false;
     int ppm_ = 0;
     std::int64_t remainder_ = 0;  ///< carried over, in units of 1 / (10^6 + ppm_) picoseconds
     std::int64_t low_picoseconds_ = 0;

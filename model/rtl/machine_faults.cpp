@@ -100,6 +100,10 @@ sc_core::sc_signal<bool>* MachineFaults::drifting_clock(std::size_t renderer,
     return signals_.back().get();
 }
 
+void MachineFaults::stop_clocks() {
+    for (const auto& clock : link_clocks_) clock->stop();
+}
+
 sc_core::sc_signal<TmdsLink>& MachineFaults::encoded(std::size_t renderer, sc_core::sc_signal<bool>& clk,
                                                      sc_core::sc_signal<bool>& reset) {
     if (disturbs_characters(scenario_, renderer)) {

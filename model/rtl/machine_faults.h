@@ -30,6 +30,9 @@ class MachineFaults {
     sc_core::sc_signal<bool>& raised(Handshake handshake, std::size_t renderer, std::size_t display,
                                      sc_core::sc_signal<bool>& wire, sc_core::sc_signal<bool>& clk);
 
+    /// Those that drift.
+    void stop_clocks();
+
     /// The signal that a renderer's TMDS encoder must drive: wires.tmds_in itself if no fault disturbs it. reset, clk:
     /// of the link.
     sc_core::sc_signal<TmdsLink>& encoded(std::size_t renderer, sc_core::sc_signal<bool>& clk,

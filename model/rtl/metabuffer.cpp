@@ -488,4 +488,9 @@ void Metabuffer::trace_blocks(sc_core::sc_trace_file* file, const std::vector<st
 
 void Metabuffer::trace(sc_core::sc_trace_file* file) const { trace_blocks(file, {}); }
 
+void Metabuffer::stop_clocks() {
+    for (Clock* const clock : {core_clk_.get(), dvi_in_clk_, dvi_out_clk_}) clock->clk.stop();
+    faults_->stop_clocks();
+}
+
 }  // namespace metabuffer::rtl

@@ -68,6 +68,9 @@ class Metabuffer final : public Block {
     /// Adds the clocks, and the blocks whose names within the machine match a shell pattern; all blocks without patterns.
     void trace_blocks(sc_core::sc_trace_file* file, const std::vector<std::string>& patterns) const;
     void trace(sc_core::sc_trace_file* file) const override;
+    /// Nothing of the machine moves from now on, so that it costs others in its elaboration no time. For a test that has
+    /// seen enough.
+    void stop_clocks();
 
     /// The events that a trace window can start at, as far as they have happened.
     MachineEvent first_busready_drop() const;

@@ -21,6 +21,7 @@ class MonitoredMachine {
 
     const Scenario& scenario() const { return scenario_; }
     const rtl::Metabuffer& machine() const { return machine_; }
+    rtl::Metabuffer& machine() { return machine_; }
     const std::vector<monitors::Violation>& violations() const { return violations_; }
     const monitors::MachineMonitors& monitors() const { return monitors_; }
 

@@ -49,18 +49,10 @@ std::string text(const ComposerCounters& c) {
 
 /// Runs until every machine has ended, and on until its buses have sent everything, with the monitors on: the last frame
 /// may be abandoned, and then it ends before its pixels are sent.
-bool run_to_end(MonitoredMachines& machines) {
-    const bool ended = simulate_until([&machines] {
-        return std::all_of(machines.begin(), machines.end(),
-                           [](const auto& machine) { return machine->machine().finished(); });
-    });
-    if (!ended) return false;
-    drain_buses([&machines] {
-        std::int64_t sent = 0;
-        for (const auto& machine : machines) sent += machine->machine().report().total_bus().pixels_sent;
-        return sent;
-    });
-    return true;
+bool run_to_end(const MonitoredMachines& monitored) {
+    std::vector<rtl::Metabuffer*> machines;
+    for (const auto& machine : monitored) machines.push_back(&machine->machine());
+    return test::run_to_end(machines);
 }
 
 void check_counters(const MonitoredMachine& machine) {

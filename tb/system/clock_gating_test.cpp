@@ -10,7 +10,6 @@ namespace metabuffer::test::clock_gating_test {
 
 namespace {
 
-// All machines of a case run until the longest is done, so several small cases are quicker than one large one.
 constexpr std::uint64_t kSeedsPerCase = 9;
 
 /// Each machine twice, side by side, with and without gating: the same clocks, counters and pictures.

@@ -37,9 +37,7 @@ Renderer across_two_displays(Size display, std::uint32_t z = 5) {
 
 /// Runs both levels to their ends and compares them.
 void compare_levels(const std::vector<LevelRuns>& runs) {
-    REQUIRE(simulate_until([&runs] {
-        return std::all_of(runs.begin(), runs.end(), [](const auto& run) { return run.finished(); });
-    }));
+    REQUIRE(run_to_end(runs));
     for (const LevelRuns& run : runs) {
         INFO(describe(run.rtl->scenario()));
         const std::vector<std::string> differences = level_differences(run);

@@ -24,9 +24,7 @@ void compare_levels(const std::vector<std::uint64_t>& seeds) {
         runs.emplace_back("machine_" + std::to_string(seed), random_level_scenario(seed));
         trace.add(runs.back().rtl->machine());
     }
-    simulate_until([&runs] {
-        return std::all_of(runs.begin(), runs.end(), [](const auto& run) { return run.finished(); });
-    });
+    run_to_end(runs);
     for (std::size_t i = 0; i < seeds.size(); ++i) {
         INFO("METABUFFER_SEED=" << seeds[i] << " replays this machine alone");
         INFO(describe(runs[i].rtl->scenario()));
@@ -97,9 +95,7 @@ TEST_CASE("the random machines do all that a machine can do", "[system][random]"
         runs.push_back(std::make_unique<TlmRun>("machine_" + std::to_string(seed),
                                                 random_scenario(static_cast<std::uint64_t>(seed)), false));
     }
-    REQUIRE(simulate_until([&runs] {
-        return std::all_of(runs.begin(), runs.end(), [](const auto& run) { return run->finished(); });
-    }));
+    REQUIRE(run_to_end(runs));
     Happenings sum;
     for (const auto& run : runs) sum.add(run->scenario(), run->report());
     CHECK(sum.starved_pixels > 0);

@@ -21,6 +21,7 @@ MachineRun::MachineRun(const std::string& name, Scenario scenario, rtl::ClockGat
       located_(starved_pixels_.size()),
       coverage_(*machine_, scenario_) {
     machine_->on_frame_shown([this](const DisplayedFrame& displayed) {
+        if (machine_->finished()) return;  // by the watchdog, before the frame was shown
         shown_.take(displayed.frame, displayed.display, displayed.picture);
     });
     machine_->on_starved_pixel([this](int renderer, int display, const StarvedPixel& pixel) {
@@ -79,31 +80,33 @@ bool simulate_until(const std::function<bool()>& condition) {
     return true;
 }
 
-void drain_buses(const std::function<std::int64_t()>& pixels_sent) {
+bool run_to_end(const std::vector<rtl::Metabuffer*>& machines) {
+    struct Running {
+        rtl::Metabuffer* machine;
+        std::int64_t pixels_sent;  ///< by its buses, when last looked at after the machine's end
+    };
+    std::vector<Running> all;
+    for (rtl::Metabuffer* const machine : machines) all.push_back({machine, -1});
     // A chunk is longer than any bus of these tests waits for a page or a slot.
-    std::int64_t sent = -1;
-    std::int64_t sent_before = -2;
-    while (sent != sent_before) {
-        sc_core::sc_start(kChunk);
-        sent_before = sent;
-        sent = pixels_sent();
-    }
+    const auto has_ended = [](Running& running) {
+        if (!running.machine->finished()) return false;
+        const std::int64_t sent = running.machine->report().total_bus().pixels_sent;
+        if (std::exchange(running.pixels_sent, sent) != sent) return false;
+        running.machine->stop_clocks();
+        return true;
+    };
+    return simulate_until([&all, &has_ended] {
+        all.erase(std::remove_if(all.begin(), all.end(), has_ended), all.end());
+        return all.empty();
+    });
 }
 
-bool run_to_end(MachineRuns& runs) {
-    const bool finished = simulate_until([&runs] {
-        return std::all_of(runs.begin(), runs.end(), [](const auto& run) { return run->finished(); });
-    });
-    if (!finished) return false;
-    drain_buses([&runs] {
-        std::int64_t sent = 0;
-        for (const auto& run : runs) {
-            run->read_drained_report();
-            sent += run->drained_report().total_bus().pixels_sent;
-        }
-        return sent;
-    });
-    return true;
+bool run_to_end(const MachineRuns& runs) {
+    std::vector<rtl::Metabuffer*> machines;
+    for (const auto& run : runs) machines.push_back(&run->machine());
+    const bool ended = run_to_end(machines);
+    for (const auto& run : runs) run->read_drained_report();
+    return ended;
 }
 
 }  // namespace metabuffer::test

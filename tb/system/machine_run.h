@@ -34,8 +34,7 @@ class MachineRun {
     const RunReport& report() const { return report_; }
     /// The events that trace windows are put around, at that clock.
     const WindowEvents& window_events() const { return window_events_; }
-    /// The report once the buses have sent what was left: in `glitch` mode the last frame may be shown before
-    /// its late pixels have been sent.
+    /// The report after run_to_end(), which includes what the buses still had to send.
     const RunReport& drained_report() const { return drained_report_; }
 
     /// What a display (from 1) showed of a frame (from 0); null if it never did.
@@ -73,13 +72,12 @@ class MachineRun {
 /// these tests has finished.
 bool simulate_until(const std::function<bool()>& condition);
 
-/// Runs the simulation of machines that have finished until their buses stand still. pixels_sent: by all buses so far.
-void drain_buses(const std::function<std::int64_t()>& pixels_sent);
-
 using MachineRuns = std::vector<std::unique_ptr<MachineRun>>;
 
-/// Runs the machines side by side until each has finished and its buses stand still. False if one has not
-/// finished after a time in which any machine of these tests does.
-bool run_to_end(MachineRuns& runs);
+/// Runs the machines side by side until each has finished and its buses stand still: in `glitch` mode the last frame may
+/// be shown before its late pixels have been sent. Then its clocks stop. False if one has not come there after a time in
+/// which any machine of these tests does.
+bool run_to_end(const std::vector<rtl::Metabuffer*>& machines);
+bool run_to_end(const MachineRuns& runs);
 
 }  // namespace metabuffer::test

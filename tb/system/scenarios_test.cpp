@@ -68,16 +68,14 @@ std::unique_ptr<MachineRun> run_scenario(const std::string& name) {
 
 /// The same with the transaction-level machines beside it.
 LevelRuns run_levels(const std::string& name, const Overrides& overrides) {
-    LevelRuns levels("metabuffer", load(name, overrides));
-    MachineRuns runs;
-    runs.push_back(std::move(levels.rtl));
+    std::vector<LevelRuns> runs;
+    runs.emplace_back("metabuffer", load(name, overrides));
     TraceSwitch trace;
-    trace.add(runs.back()->machine());
+    trace.add(runs.back().rtl->machine());
     REQUIRE(run_to_end(runs));
-    levels.rtl = std::move(runs.back());
-    REQUIRE(levels.rtl->report().frames.size() == static_cast<std::size_t>(levels.rtl->scenario().frames));
-    simulate_until([&levels] { return levels.finished(); });
-    return levels;
+    REQUIRE(runs.back().rtl->report().frames.size() ==
+            static_cast<std::size_t>(runs.back().rtl->scenario().frames));
+    return std::move(runs.back());
 }
 
 /// The pictures of the functional level, which has no time and no clocked part.

@@ -51,6 +51,7 @@ TlmRun::TlmRun(const std::string& name, Scenario scenario, bool images)
     options.images = images;
     machine_ = std::make_unique<tlm::Metabuffer>(name.c_str(), scenario_, options);
     machine_->on_frame_shown([this](const DisplayedFrame& displayed) {
+        if (machine_->finished()) return;  // by the watchdog, before the frame was shown
         shown_.take(displayed.frame, displayed.display, displayed.picture);
     });
     machine_->on_finished([this] {
@@ -63,6 +64,25 @@ LevelRuns::LevelRuns(const std::string& name, const Scenario& scenario)
     : rtl(std::make_unique<MachineRun>(name + "_rtl", scenario)),
       tlm(std::make_unique<TlmRun>(name + "_tlm", scenario)),
       counters_only(std::make_unique<TlmRun>(name + "_counters", scenario, false)) {}
+
+bool run_to_end(const TlmRuns& runs) {
+    return simulate_until([&runs] {
+        return std::all_of(runs.begin(), runs.end(), [](const auto& run) { return run->finished(); });
+    });
+}
+
+bool run_to_end(const std::vector<LevelRuns>& runs) {
+    std::vector<rtl::Metabuffer*> machines;
+    for (const LevelRuns& run : runs) machines.push_back(&run.rtl->machine());
+    const bool ended = run_to_end(machines);
+    for (const LevelRuns& run : runs) run.rtl->read_drained_report();
+    return simulate_until([&runs] {
+               return std::all_of(runs.begin(), runs.end(), [](const LevelRuns& run) {
+                   return run.tlm->finished() && run.counters_only->finished();
+               });
+           }) &&
+           ended;
+}
 
 std::vector<std::string> level_differences(const MachineRun& rtl, const TlmRun& tlm) {
     const ComparedNames names{"rtl", tlm.has_images() ? "tlm" : "tlm without images"};

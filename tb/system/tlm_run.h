@@ -49,8 +49,11 @@ struct LevelRuns {
 
     /// Machines of one elaboration need different names.
     LevelRuns(const std::string& name, const Scenario& scenario);
-    bool finished() const { return rtl->finished() && tlm->finished() && counters_only->finished(); }
 };
+
+/// Runs both levels to their ends. False if one does not come there.
+bool run_to_end(const TlmRuns& runs);
+bool run_to_end(const std::vector<LevelRuns>& runs);
 
 /// Each line is a counter, a picture, the event of a trace window or a run's end in which the levels differ; none if
 /// they agree. Call it when the runs have finished, or never will.

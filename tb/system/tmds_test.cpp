@@ -159,9 +159,7 @@ TEST_CASE("levels agree on machines whose links carry characters", "[system][tmd
         scenario.frames = 2;
         runs.emplace_back("machine_" + std::to_string(runs.size()), scenario);
     }
-    REQUIRE(simulate_until([&runs] {
-        return std::all_of(runs.begin(), runs.end(), [](const auto& run) { return run.finished(); });
-    }));
+    REQUIRE(run_to_end(runs));
     for (const LevelRuns& run : runs) {
         INFO(describe(run.rtl->scenario()));
         const std::vector<std::string> differences = level_differences(run);

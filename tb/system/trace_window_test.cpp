@@ -429,7 +429,7 @@ TEST_CASE("trace window: of a frame, from its STARTFRAME to its last pixel even 
 }
 
 /// The machines' events themselves are compared wherever the levels are (tlm_run.h); here is how they are found.
-TEST_CASE("trace window: level tlm finds the clocks that level rtl finds", "[system]") {
+TEST_CASE("trace window: level tlm finds the clocks that level rtl finds", "[system][repeat]") {
     constexpr std::uint64_t kMachines = 12;
     std::map<Kind, int> found;
     for (std::uint64_t seed = 1; seed <= kMachines; ++seed) {
