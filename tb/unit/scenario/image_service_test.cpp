@@ -6,7 +6,6 @@
 #include <catch2/catch.hpp>
 #include <csignal>
 #include <fstream>
-#include <iterator>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -14,6 +13,7 @@
 #include "host/child_process.h"
 #include "images/image_module.h"
 #include "scenario/scenario_template.h"
+#include "support/child_processes.h"
 #include "support/scratch_directory.h"
 #include "unit/scenario/scenario_fixture.h"
 
@@ -75,13 +75,6 @@ struct CountedImages final : ImageSource {
     }
 };
 
-/// The processes that one has started.
-std::vector<pid_t> children_of(pid_t process) {
-    const std::string pid = std::to_string(process);
-    std::istringstream stream(text_of("/proc/" + pid + "/task/" + pid + "/children"));
-    return {std::istream_iterator<pid_t>(stream), {}};
-}
-
 /// Kills a process and waits until it has ended, although nobody may have waited for it.
 void kill_and_wait(pid_t process) {
     kill(process, SIGKILL);
@@ -96,13 +89,13 @@ void kill_and_wait(pid_t process) {
 struct ServiceFixture {
     ScratchDirectory scratch;
     ImageFiles good = write_picture_with_z(scratch / "good.ppm", 16, 8);
-    std::vector<pid_t> others = children_of(getpid());
+    std::vector<pid_t> others = children_of();
     ImageService images;
     PixelImage picture = images.load(good, kFormat, kRange);
 
     /// Its process, which this one has started.
     pid_t process() const {
-        for (const pid_t child : children_of(getpid())) {
+        for (const pid_t child : children_of()) {
             if (std::find(others.begin(), others.end(), child) == others.end()) return child;
         }
         FAIL("this process has not started another");

@@ -4,7 +4,6 @@
 
 #include <catch2/catch.hpp>
 #include <csignal>
-#include <fstream>
 #include <new>
 #include <sstream>
 #include <string>
@@ -12,6 +11,7 @@
 
 #include "host/child_process.h"
 #include "host/errors.h"
+#include "support/child_processes.h"
 #include "unit/scenario/scenario_fixture.h"
 
 namespace metabuffer::test {
@@ -43,15 +43,6 @@ bool is_read_here(const StoredImage& image) {
     return image.pixels().values.back().word() == static_cast<std::uint64_t>(getpid());
 }
 
-/// The processes that this one has started.
-std::vector<pid_t> children() {
-    const std::string pid = std::to_string(getpid());
-    std::ifstream stream("/proc/" + pid + "/task/" + pid + "/children");
-    std::vector<pid_t> children;
-    for (pid_t child = 0; stream >> child;) children.push_back(child);
-    return children;
-}
-
 }  // namespace
 
 TEST_CASE("images ahead: processes read all images, in whatever order they are needed") {
@@ -61,7 +52,7 @@ TEST_CASE("images ahead: processes read all images, in whatever order they are n
         const Images originals = numbered_images(kImages);
         const Images ahead = read_ahead(originals, processes);
         REQUIRE(ahead.size() == kImages);
-        CHECK(children().size() == processes);
+        CHECK(children_of().size() == processes);
         CHECK(ahead[0]->width_pixels() == kWidth);
         CHECK(ahead[0]->height_pixels() == kHeight);
         for (int n = 0; n < kImages; ++n) {
@@ -71,19 +62,19 @@ TEST_CASE("images ahead: processes read all images, in whatever order they are n
             CHECK_FALSE(originals[static_cast<std::size_t>(n)]->is_read());
         }
         // Nothing is left to read.
-        CHECK(children().empty());
+        CHECK(children_of().empty());
 
         const Images backwards = read_ahead(numbered_images(kImages), processes);
         for (int n = kImages - 1; n >= 0; --n) {
             CHECK(number_of(*backwards[static_cast<std::size_t>(n)]) == static_cast<std::uint64_t>(n));
         }
-        CHECK(children().empty());
+        CHECK(children_of().empty());
     }
 }
 
 TEST_CASE("images ahead: without a process the images are read when they are needed") {
     const Images ahead = read_ahead(numbered_images(2), 0);
-    CHECK(children().empty());
+    CHECK(children_of().empty());
     CHECK_FALSE(ahead[1]->is_read());
     CHECK(number_of(*ahead[1]) == 1);
     CHECK(is_read_here(*ahead[1]));
@@ -118,7 +109,7 @@ TEST_CASE("images ahead: what a process cannot do for want of memory, this one d
 
 TEST_CASE("images ahead: if the processes are killed, this one reads") {
     const Images ahead = read_ahead(numbered_images(6), 2);
-    for (const pid_t child : children()) kill(child, SIGKILL);
+    for (const pid_t child : children_of()) kill(child, SIGKILL);
     for (int n = 0; n < 6; ++n) {
         CHECK(number_of(*ahead[static_cast<std::size_t>(n)]) == static_cast<std::uint64_t>(n));
     }
