@@ -75,8 +75,8 @@ bool simulate_until(const std::function<bool()>& condition);
 using MachineRuns = std::vector<std::unique_ptr<MachineRun>>;
 
 /// Runs the machines side by side until each has finished and its buses stand still: in `glitch` mode the last frame may
-/// be shown before its late pixels have been sent. Then its clocks stop. False if one has not come there after a time in
-/// which any machine of these tests does.
+/// be shown before its late pixels have been sent. Then its clocks stop, unless a watchdog has ended it. False if one has
+/// not come there after a time in which any machine of these tests does.
 bool run_to_end(const std::vector<rtl::Metabuffer*>& machines);
 bool run_to_end(const MachineRuns& runs);
 

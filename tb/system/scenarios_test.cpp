@@ -97,9 +97,7 @@ class ScenarioRun final : public Catch::ITestInvoker {
         : name_(std::move(name)), overrides_(std::move(overrides)) {}
     void invoke() const override {
         const LevelRuns levels = run_levels(name_, overrides_);
-        const std::vector<std::string> differences = level_differences(levels);
-        INFO(first_lines(differences));
-        CHECK(differences.empty());
+        check_levels(levels);
         const std::unique_ptr<MachineRun>& run = levels.rtl;
         check_run(*run);
         const std::int64_t starved = run->report().total_starved_pixels();

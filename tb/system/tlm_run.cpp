@@ -1,8 +1,10 @@
 #include "tlm_run.h"
 
 #include <algorithm>
+#include <catch2/catch.hpp>
 #include <utility>
 
+#include "random_scenario.h"
 #include "report/report_difference.h"
 
 namespace metabuffer::test {
@@ -51,7 +53,6 @@ TlmRun::TlmRun(const std::string& name, Scenario scenario, bool images)
     options.images = images;
     machine_ = std::make_unique<tlm::Metabuffer>(name.c_str(), scenario_, options);
     machine_->on_frame_shown([this](const DisplayedFrame& displayed) {
-        if (machine_->finished()) return;  // by the watchdog, before the frame was shown
         shown_.take(displayed.frame, displayed.display, displayed.picture);
     });
     machine_->on_finished([this] {
@@ -100,6 +101,13 @@ std::vector<std::string> level_differences(const LevelRuns& runs) {
     std::vector<std::string> lines = level_differences(*runs.rtl, *runs.tlm);
     append(lines, level_differences(*runs.rtl, *runs.counters_only));
     return lines;
+}
+
+void check_levels(const LevelRuns& runs) {
+    INFO(describe(runs.rtl->scenario()));
+    const std::vector<std::string> differences = level_differences(runs);
+    INFO(first_lines(differences));
+    CHECK(differences.empty());
 }
 
 std::string first_lines(const std::vector<std::string>& lines) {

@@ -59,6 +59,8 @@ bool run_to_end(const std::vector<LevelRuns>& runs);
 /// they agree. Call it when the runs have finished, or never will.
 std::vector<std::string> level_differences(const MachineRun& rtl, const TlmRun& tlm);
 std::vector<std::string> level_differences(const LevelRuns& runs);
+/// Checks that there are none. A failure describes the machine.
+void check_levels(const LevelRuns& runs);
 
 /// The first lines, for a test's message: more would hide them.
 std::string first_lines(const std::vector<std::string>& lines);
