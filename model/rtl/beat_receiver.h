@@ -44,22 +44,22 @@ namespace metabuffer::rtl {
 /// pixel of a frame whose table has no row for this composer is dropped and counted as late: the bus's monitor finds it.
 class BeatReceiver final : public Block {
   public:
-    sc_core::sc_in<bool> clk_i{"clk_i"};      ///< core clock
-    sc_core::sc_in<bool> reset_i{"reset_i"};  ///< synchronous, active high
-    sc_core::sc_in<BusBeat> bus_i{"bus_i"};
-    sc_core::sc_out<bool> busready_o{"busready_o"};
-    sc_core::sc_out<bool> tableready_o{"tableready_o"};  ///< another frame's table can be taken
+    In<bool> clk_i{"clk_i"};      ///< core clock
+    In<bool> reset_i{"reset_i"};  ///< synchronous, active high
+    In<BusBeat> bus_i{"bus_i"};
+    Out<bool> busready_o{"busready_o"};
+    Out<bool> tableready_o{"tableready_o"};  ///< another frame's table can be taken
     // The raster.
-    sc_core::sc_in<bool> column_stall_i{"column_stall_i"};
-    sc_core::sc_in<bool> start_i{"start_i"};  ///< a frame starts at the edge, unless COLUMNSTALL is high
-    sc_core::sc_in<bool> uses_i{"uses_i"};    ///< there is something at use_i
-    sc_core::sc_in<PixelUse> use_i{"use_i"};
-    sc_core::sc_out<HeadSegment> segment_o{"segment_o"};
-    sc_core::sc_out<SegmentProgress> progress_o{"progress_o"};
-    sc_core::sc_out<bool> fetched_o{"fetched_o"};
+    In<bool> column_stall_i{"column_stall_i"};
+    In<bool> start_i{"start_i"};  ///< a frame starts at the edge, unless COLUMNSTALL is high
+    In<bool> uses_i{"uses_i"};    ///< there is something at use_i
+    In<PixelUse> use_i{"use_i"};
+    Out<HeadSegment> segment_o{"segment_o"};
+    Out<SegmentProgress> progress_o{"progress_o"};
+    Out<bool> fetched_o{"fetched_o"};
     // The FIFO.
-    sc_core::sc_out<FifoWrite> write_o{"write_o"};
-    sc_core::sc_out<FifoRelease> release_o{"release_o"};
+    Out<FifoWrite> write_o{"write_o"};
+    Out<FifoRelease> release_o{"release_o"};
 
     /// display: the composer's, from 1. record: the composer's, which gets the counts of the bus side.
     BeatReceiver(const sc_core::sc_module_name& name, const Scenario& scenario, int display,

@@ -5,6 +5,7 @@
 #include <systemc>
 
 #include "rtl/clocked.h"
+#include "rtl/pins.h"
 #include "scenario/scenario.h"
 
 namespace metabuffer::rtl {

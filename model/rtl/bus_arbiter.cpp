@@ -23,14 +23,13 @@ BusArbiter::BusArbiter(const sc_core::sc_module_name& name, const BusConfig& bus
       bus_(bus),
       policy_(make_policy(bus.arbitration)),
       build_wait_(registers_, "build_wait", most_slots(lines)) {
-    std::vector<sc_core::sc_port_base*> inputs;
+    clocked_.evaluates(&BusArbiter::answer, {});
     for (std::size_t line = 0; line < pending_i.size(); ++line) {
-        inputs.insert(inputs.end(), {&pending_i[line], &ready_i[line]});
+        clocked_.evaluates_with({pending_i[line], ready_i[line]});
     }
     for (auto& deadline : deadline_i) {
-        inputs.push_back(&deadline);
+        clocked_.evaluates_with({deadline});
     }
-    clocked_.evaluates(&BusArbiter::answer, inputs);
 }
 
 void BusArbiter::reset() {
@@ -111,19 +110,19 @@ void BusArbiter::drive_grant(int row) {
 
 void BusArbiter::trace(sc_core::sc_trace_file* file) const {
     for (std::size_t line = 0; line < pending_i.size(); ++line) {
-        sc_core::sc_trace(file, pending_i[line], path(numbered("pending", line).c_str()));
-        sc_core::sc_trace(file, ready_i[line], path(numbered("ready", line).c_str()));
-        sc_core::sc_trace(file, grant_o[line], path(numbered("grant", line).c_str()));
+        sc_core::sc_trace(file, pending_i[line].port(), path(numbered("pending", line).c_str()));
+        sc_core::sc_trace(file, ready_i[line].port(), path(numbered("ready", line).c_str()));
+        sc_core::sc_trace(file, grant_o[line].port(), path(numbered("grant", line).c_str()));
     }
     for (std::size_t line = 0; line < deadline_i.size(); ++line) {
         trace_number(file, deadline_i[line].read(), path(numbered("deadline", line).c_str()), kDeadlineBits);
     }
-    sc_core::sc_trace(file, start_i, path("start"));
-    sc_core::sc_trace(file, take_i, path("take"));
-    sc_core::sc_trace(file, grant_valid_o, path("grant_valid"));
-    sc_core::sc_trace(file, search_o, path("search"));
+    sc_core::sc_trace(file, start_i.port(), path("start"));
+    sc_core::sc_trace(file, take_i.port(), path("take"));
+    sc_core::sc_trace(file, grant_valid_o.port(), path("grant_valid"));
+    sc_core::sc_trace(file, search_o.port(), path("search"));
     registers_.trace(file, path(""));
-    sc_core::sc_trace(file, lost_o, path("lost"));
+    sc_core::sc_trace(file, lost_o.port(), path("lost"));
     const int slot_bits = bits_for(most_slots(static_cast<int>(pending_i.size())) - 1);
     sc_core::sc_trace(file, recovered_o.read(), path("recovered"), slot_bits);
     sc_core::sc_trace(file, slot_o.read(), path("slot"), slot_bits);

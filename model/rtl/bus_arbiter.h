@@ -31,23 +31,21 @@ namespace metabuffer::rtl {
 /// | the table is being built, or an answer can be decided and does not stand yet | the same | search_o is high |
 class BusArbiter final : public Block {
   public:
-    sc_core::sc_in<bool> clk_i{"clk_i"};      ///< core clock
-    sc_core::sc_in<bool> reset_i{"reset_i"};  ///< synchronous, active high
-    sc_core::sc_in<bool> start_i{"start_i"};
-    sc_core::sc_in<FrontTable> table_i{"table_i"};       ///< its slots and its number of rows are used
-    sc_core::sc_in<bool> take_i{"take_i"};               ///< the bus takes this clock's answer
-    sc_core::sc_vector<sc_core::sc_in<bool>> pending_i;  ///< pixels of the row are still to be sent
-    sc_core::sc_vector<sc_core::sc_in<bool>> ready_i;    ///< the row's composer takes a slot
-    sc_core::sc_vector<sc_core::sc_in<std::uint64_t>>
-        deadline_i;                                     ///< first raster position that needs the row's next
-                                                        ///< pixel; only under a policy that uses it
-    sc_core::sc_vector<sc_core::sc_out<bool>> grant_o;  ///< one-hot
-    sc_core::sc_out<bool> grant_valid_o{"grant_valid_o"};  ///< a line of grant_o is high
-    sc_core::sc_out<bool> search_o{"search_o"};
-    sc_core::sc_out<bool> lost_o{"lost_o"};  ///< the slot's owner cannot use it, and nobody else may
-    sc_core::sc_out<std::uint16_t> recovered_o{
-        "recovered_o"};                               ///< slots passed over on the way to the one granted
-    sc_core::sc_out<std::uint16_t> slot_o{"slot_o"};  ///< the slot pointer
+    In<bool> clk_i{"clk_i"};      ///< core clock
+    In<bool> reset_i{"reset_i"};  ///< synchronous, active high
+    In<bool> start_i{"start_i"};
+    In<FrontTable> table_i{"table_i"};         ///< its slots and its number of rows are used
+    In<bool> take_i{"take_i"};                 ///< the bus takes this clock's answer
+    PinVector<In<bool>> pending_i;             ///< pixels of the row are still to be sent
+    PinVector<In<bool>> ready_i;               ///< the row's composer takes a slot
+    PinVector<In<std::uint64_t>> deadline_i;   ///< first raster position that needs the row's next
+                                               ///< pixel; only under a policy that uses it
+    PinVector<Out<bool>> grant_o;              ///< one-hot
+    Out<bool> grant_valid_o{"grant_valid_o"};  ///< a line of grant_o is high
+    Out<bool> search_o{"search_o"};
+    Out<bool> lost_o{"lost_o"};                     ///< the slot's owner cannot use it, and nobody else may
+    Out<std::uint16_t> recovered_o{"recovered_o"};  ///< slots passed over on the way to the one granted
+    Out<std::uint16_t> slot_o{"slot_o"};            ///< the slot pointer
 
     /// lines: number of displays.
     BusArbiter(const sc_core::sc_module_name& name, const BusConfig& bus, int lines);

@@ -20,8 +20,8 @@ namespace metabuffer::rtl {
 /// composer would have read at the edge of core cycle c or later.
 class BusFault final : public Block {
   public:
-    sc_core::sc_in<BusBeat> bus_i{"bus_i"};
-    sc_core::sc_out<BusBeat> bus_o{"bus_o"};
+    In<BusBeat> bus_i{"bus_i"};
+    Out<BusBeat> bus_o{"bus_o"};
 
     /// display: index, of the composer. faults: indices in Scenario::faults of its lost_beat faults. Scenario and tally
     /// must outlive the module.

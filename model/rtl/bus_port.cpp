@@ -72,11 +72,10 @@ BusPort::BusPort(const sc_core::sc_module_name& name, const Scenario& scenario, 
         uncounted_.push_back(
             std::make_unique<Countdown>(registers_, numbered("uncounted", line), 1 + loop_cycles_));
     }
-    std::vector<sc_core::sc_port_base*> inputs{&grant_valid_i, &lost_i};
+    clocked_.evaluates(&BusPort::drive_requests, {grant_valid_i, lost_i});
     for (std::size_t line = 0; line < busready_i.size(); ++line) {
-        inputs.insert(inputs.end(), {&busready_i[line], &grant_i[line]});
+        clocked_.evaluates_with({busready_i[line], grant_i[line]});
     }
-    clocked_.evaluates(&BusPort::drive_requests, inputs);
 }
 
 void BusPort::reset() {
@@ -172,7 +171,7 @@ void BusPort::start_frame(bool fresh) {
 
 bool BusPort::composers_take_table() const {
     return std::all_of(tableready_i.begin(), tableready_i.end(),
-                       [](const sc_core::sc_in<bool>& tableready) { return tableready.read(); });
+                       [](const In<bool>& tableready) { return tableready.read(); });
 }
 
 void BusPort::table_clock() {

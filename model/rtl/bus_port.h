@@ -49,34 +49,33 @@ class BusPort final : public Block {
     /// frame has been sent.
     enum class State : std::uint8_t { kRequest, kWait, kTable, kSend, kDone };
 
-    sc_core::sc_in<bool> clk_i{"clk_i"};      ///< core clock
-    sc_core::sc_in<bool> reset_i{"reset_i"};  ///< synchronous, active high
+    In<bool> clk_i{"clk_i"};      ///< core clock
+    In<bool> reset_i{"reset_i"};  ///< synchronous, active high
     // The link's side.
-    sc_core::sc_out<bool> request_o{"request_o"};   ///< changes when the next frame's pair is wanted
-    sc_core::sc_in<bool> answer_i{"answer_i"};      ///< DVI input clock: changes with each answer
-    sc_core::sc_in<bool> fresh_i{"fresh_i"};        ///< changes only with an answer
-    sc_core::sc_in<FrontTable> table_i{"table_i"};  ///< likewise
-    sc_core::sc_vector<sc_core::sc_in<bool>>
-        front_i;  ///< one, only with shared ports: which image is read; likewise
+    Out<bool> request_o{"request_o"};   ///< changes when the next frame's pair is wanted
+    In<bool> answer_i{"answer_i"};      ///< DVI input clock: changes with each answer
+    In<bool> fresh_i{"fresh_i"};        ///< changes only with an answer
+    In<FrontTable> table_i{"table_i"};  ///< likewise
+    PinVector<In<bool>> front_i;        ///< one, only with shared ports: which image is read; likewise
     // The bus.
-    sc_core::sc_out<BusBeat> bus_o{"bus_o"};
-    sc_core::sc_vector<sc_core::sc_in<bool>> busready_i;  ///< one per composer of the row
-    sc_core::sc_vector<sc_core::sc_in<bool>> tableready_i;
+    Out<BusBeat> bus_o{"bus_o"};
+    PinVector<In<bool>> busready_i;  ///< one per composer of the row
+    PinVector<In<bool>> tableready_i;
     // The arbiter: a line of each kind for each row of the table.
-    sc_core::sc_out<bool> start_o{"start_o"};
-    sc_core::sc_out<bool> take_o{"take_o"};
-    sc_core::sc_vector<sc_core::sc_out<bool>> pending_o;
-    sc_core::sc_vector<sc_core::sc_out<bool>> ready_o;
-    sc_core::sc_vector<sc_core::sc_out<std::uint64_t>> deadline_o;  ///< only under a policy that uses it
-    sc_core::sc_vector<sc_core::sc_in<bool>> grant_i;
-    sc_core::sc_in<bool> grant_valid_i{"grant_valid_i"};
-    sc_core::sc_in<bool> search_i{"search_i"};  ///< an answer is on its way
-    sc_core::sc_in<bool> lost_i{"lost_i"};
-    sc_core::sc_in<std::uint16_t> recovered_i{"recovered_i"};
+    Out<bool> start_o{"start_o"};
+    Out<bool> take_o{"take_o"};
+    PinVector<Out<bool>> pending_o;
+    PinVector<Out<bool>> ready_o;
+    PinVector<Out<std::uint64_t>> deadline_o;  ///< only under a policy that uses it
+    PinVector<In<bool>> grant_i;
+    In<bool> grant_valid_i{"grant_valid_i"};
+    In<bool> search_i{"search_i"};  ///< an answer is on its way
+    In<bool> lost_i{"lost_i"};
+    In<std::uint16_t> recovered_i{"recovered_i"};
     // The memory.
-    sc_core::sc_out<MemoryRequest> memory_o{"memory_o"};
-    sc_core::sc_in<MemoryAnswer> memory_i{"memory_i"};
-    sc_core::sc_in<MemoryData> data_i{"data_i"};
+    Out<MemoryRequest> memory_o{"memory_o"};
+    In<MemoryAnswer> memory_i{"memory_i"};
+    In<MemoryData> data_i{"data_i"};
 
     /// The scenario must outlive the module. on_start is called at each frame's start; bus counts what the bus does.
     BusPort(const sc_core::sc_module_name& name, const Scenario& scenario, const Renderer& renderer,

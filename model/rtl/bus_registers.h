@@ -16,14 +16,14 @@ namespace metabuffer::rtl {
 /// All outputs are registered. Reset empties every stage.
 class BusRegisters final : public Block {
   public:
-    sc_core::sc_in<bool> clk_i{"clk_i"};      ///< core clock
-    sc_core::sc_in<bool> reset_i{"reset_i"};  ///< synchronous, active high
-    sc_core::sc_in<BusBeat> bus_i{"bus_i"};   ///< from the input framebuffer
-    sc_core::sc_out<BusBeat> bus_o{"bus_o"};
-    sc_core::sc_vector<sc_core::sc_in<bool>> busready_i;  ///< one per composer of the row
-    sc_core::sc_vector<sc_core::sc_out<bool>> busready_o;
-    sc_core::sc_vector<sc_core::sc_in<bool>> tableready_i;
-    sc_core::sc_vector<sc_core::sc_out<bool>> tableready_o;
+    In<bool> clk_i{"clk_i"};      ///< core clock
+    In<bool> reset_i{"reset_i"};  ///< synchronous, active high
+    In<BusBeat> bus_i{"bus_i"};   ///< from the input framebuffer
+    Out<BusBeat> bus_o{"bus_o"};
+    PinVector<In<bool>> busready_i;  ///< one per composer of the row
+    PinVector<Out<bool>> busready_o;
+    PinVector<In<bool>> tableready_i;
+    PinVector<Out<bool>> tableready_o;
 
     /// stages: 1 or more. composers: number in the row. lanes: words that the waveform shows of a beat.
     BusRegisters(const sc_core::sc_module_name& name, int stages, std::size_t composers,

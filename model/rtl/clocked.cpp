@@ -32,7 +32,7 @@ void Clocked::end_of_elaboration() {
     }
     find_inputs();
     if (has_event_inputs_) spawn_method([this] { sleep_or_wake(); }, {&falls_asleep_});
-    clock_->add(*this);
+    clock_->add({this, &module_, &registers_, in_reset_, edge_, outputs_ != nullptr});
 }
 
 /// All of the module's, but for its clocks.
@@ -45,7 +45,9 @@ void Clocked::find_inputs() {
         auto* const port = dynamic_cast<sc_core::sc_port_base*>(child);
         if (port == nullptr || std::string(port->kind()) != "sc_in" ||
             std::find(clocks.begin(), clocks.end(), child) != clocks.end() ||
-            (!reads_.empty() && std::find(reads_.begin(), reads_.end(), port) == reads_.end())) {
+            (!reads_.empty() &&
+             std::none_of(reads_.begin(), reads_.end(),
+                          [port](const sc_core::sc_port_base& read) { return &read == port; }))) {
             continue;
         }
         if (auto* const wire = dynamic_cast<WakingWire*>(port->get_interface())) {
@@ -61,12 +63,13 @@ void Clocked::find_combinational_inputs() {
     if (outputs_ == nullptr) return;
     std::vector<const sc_core::sc_event*> events;
     if (clock_ == nullptr) events.push_back(&registers_.changed_event());
-    for (sc_core::sc_port_base* const port : outputs_read_) {
-        auto* const wire = dynamic_cast<WakingWire*>(port->get_interface());
+    for (sc_core::sc_port_base& port : outputs_read_) {
+        sc_core::sc_interface* const channel = port.get_interface();
+        auto* const wire = dynamic_cast<WakingWire*>(channel);
         if (clock_ != nullptr && wire != nullptr) {
             wire->add_follower(*this);
         } else {
-            events.push_back(&port->get_interface()->default_event());
+            events.push_back(&channel->default_event());
         }
     }
     if (!events.empty()) spawn_method([this] { evaluate(); }, events);
@@ -87,16 +90,15 @@ void Clocked::call_always() {
     previous_picoseconds_ = edge_picoseconds_;
     edge_picoseconds_ = now_picoseconds();
     (module_.*(*in_reset_ ? reset_ : edge_))();
-    registers_.end_edge();
+    if (registers_.end_edge()) registers_.notify_changed();
 }
 
 void Clocked::end_sleep() {
     slept_edges_ = clock_->edge() - last_edge_ - 1;
-    woken_ = false;
+    call_->woken = false;
 }
 
 void Clocked::fall_asleep() {
-    idle_edges_ = 0;
     asleep_ = true;
     last_edge_ = clock_->edge();
     for (WakingWire* const wire : wires_) wire->add_sleeper(*this);
@@ -119,11 +121,13 @@ void Clocked::sleep_or_wake() {
 void Clocked::wake() {
     for (WakingWire* const wire : wires_) wire->remove_sleeper(*this);
     asleep_ = false;
-    woken_ = true;
-    clock_->wake(*this);
+    call_->woken = true;
+    clock_->wake(*call_);
 }
 
-std::int64_t Clocked::edges_asleep() const { return asleep_ || woken_ ? clock_->edge() - last_edge_ : 0; }
+std::int64_t Clocked::edges_asleep() const {
+    return asleep_ || (call_ != nullptr && call_->woken) ? clock_->edge() - last_edge_ : 0;
+}
 
 std::int64_t Clocked::previous_edge_picoseconds() const {
     return clock_ == nullptr ? previous_picoseconds_ : now_picoseconds() - clock_->period_picoseconds();
@@ -135,7 +139,8 @@ void WakingWire::note_change() {
 }
 
 void WakingWire::remove_sleeper(Clocked& sleeper) {
-    sleepers_.erase(std::remove(sleepers_.begin(), sleepers_.end(), &sleeper), sleepers_.end());
+    sleepers_.erase(std::find(sleepers_.begin(), sleepers_.end(), &sleeper));
+    --heard_;
 }
 
 }  // namespace metabuffer::rtl

@@ -110,14 +110,14 @@ void Composer::bind_recorder() {
 }
 
 void Composer::trace(sc_core::sc_trace_file* file) const {
-    sc_core::sc_trace(file, pipemaster_i, path("PIPEMASTER"));
-    sc_core::sc_trace(file, pipeready_i, path("PIPEREADY_in"));
-    sc_core::sc_trace(file, pipeready_o, path("PIPEREADY"));
-    sc_core::sc_trace(file, startframe_i, path("STARTFRAME_in"));
-    sc_core::sc_trace(file, startframe_o, path("STARTFRAME"));
-    sc_core::sc_trace(file, busready_o, path("BUSREADY"));
-    sc_core::sc_trace(file, tableready_o, path("TABLEREADY"));
-    sc_core::sc_trace(file, stall_o, path("STALL"));
+    sc_core::sc_trace(file, pipemaster_i.port(), path("PIPEMASTER"));
+    sc_core::sc_trace(file, pipeready_i.port(), path("PIPEREADY_in"));
+    sc_core::sc_trace(file, pipeready_o.port(), path("PIPEREADY"));
+    sc_core::sc_trace(file, startframe_i.port(), path("STARTFRAME_in"));
+    sc_core::sc_trace(file, startframe_o.port(), path("STARTFRAME"));
+    sc_core::sc_trace(file, busready_o.port(), path("BUSREADY"));
+    sc_core::sc_trace(file, tableready_o.port(), path("TABLEREADY"));
+    sc_core::sc_trace(file, stall_o.port(), path("STALL"));
     sc_trace(file, pipe_i.read(), path("PIPE_in"));
     sc_trace(file, pipe_o.read(), path("PIPE"));
     trace_lanes(file, wires_.fifo.write.read().words, pixels_per_beat_, path("fifo.write.word"));

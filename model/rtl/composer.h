@@ -29,20 +29,20 @@ namespace metabuffer::rtl {
 /// clock.
 class Composer final : public Block, public ComposerRecord {
   public:
-    sc_core::sc_in<bool> clk_i{"clk_i"};      ///< core clock
-    sc_core::sc_in<bool> reset_i{"reset_i"};  ///< synchronous, active high
-    sc_core::sc_in<bool> pipemaster_i{"pipemaster_i"};
-    sc_core::sc_in<BusBeat> bus_i{"bus_i"};
-    sc_core::sc_out<bool> busready_o{"busready_o"};
-    sc_core::sc_out<bool> tableready_o{"tableready_o"};  ///< another frame's table can be taken
-    sc_core::sc_in<bool> startframe_i{"startframe_i"};
-    sc_core::sc_out<bool> startframe_o{"startframe_o"};
-    sc_core::sc_in<PipePixel> pipe_i{"pipe_i"};
-    sc_core::sc_out<PipePixel> pipe_o{"pipe_o"};
-    sc_core::sc_in<bool> pipeready_i{"pipeready_i"};   ///< from below
-    sc_core::sc_out<bool> pipeready_o{"pipeready_o"};  ///< to above
-    sc_core::sc_in<bool> column_stall_i{"column_stall_i"};
-    sc_core::sc_out<bool> stall_o{"stall_o"};
+    In<bool> clk_i{"clk_i"};      ///< core clock
+    In<bool> reset_i{"reset_i"};  ///< synchronous, active high
+    In<bool> pipemaster_i{"pipemaster_i"};
+    In<BusBeat> bus_i{"bus_i"};
+    Out<bool> busready_o{"busready_o"};
+    Out<bool> tableready_o{"tableready_o"};  ///< another frame's table can be taken
+    In<bool> startframe_i{"startframe_i"};
+    Out<bool> startframe_o{"startframe_o"};
+    In<PipePixel> pipe_i{"pipe_i"};
+    Out<PipePixel> pipe_o{"pipe_o"};
+    In<bool> pipeready_i{"pipeready_i"};   ///< from below
+    Out<bool> pipeready_o{"pipeready_o"};  ///< to above
+    In<bool> column_stall_i{"column_stall_i"};
+    Out<bool> stall_o{"stall_o"};
 
     /// display: from 1. The scenario gives raster, composition, background, buffer and bus parameters.
     Composer(const sc_core::sc_module_name& name, const Scenario& scenario, int display);

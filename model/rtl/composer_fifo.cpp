@@ -40,8 +40,7 @@ void ComposerFifo::clock_edge() {
     }
 }
 
-void ComposerFifo::put_out(const FifoRead& read, sc_core::sc_out<std::uint64_t>& word,
-                           sc_core::sc_out<std::uint64_t>* next_word) {
+void ComposerFifo::put_out(const FifoRead& read, Out<std::uint64_t>& word, Out<std::uint64_t>* next_word) {
     if (!read.enable) {
         return;
     }
@@ -98,13 +97,13 @@ void ComposerFifo::trace(sc_core::sc_trace_file* file) const {
     sc_trace(file, write_i.read(), path("write"), address_bits);
     sc_trace(file, read_i.read(), path("read"), address_bits);
     sc_trace(file, release_i.read(), path("release"), count_bits);
-    sc_core::sc_trace(file, word_o, path("word"));
+    sc_core::sc_trace(file, word_o.port(), path("word"));
     sc_core::sc_trace(file, free_o.read(), path("free"), count_bits);
     if (second_row != nullptr) {
-        sc_core::sc_trace(file, second_row->next_word_o, path("next_word"));
+        sc_core::sc_trace(file, second_row->next_word_o.port(), path("next_word"));
         sc_trace(file, second_row->row_read_i.read(), path("row_read"), address_bits);
-        sc_core::sc_trace(file, second_row->row_word_o, path("row_word"));
-        sc_core::sc_trace(file, second_row->row_next_word_o, path("row_next_word"));
+        sc_core::sc_trace(file, second_row->row_word_o.port(), path("row_word"));
+        sc_core::sc_trace(file, second_row->row_next_word_o.port(), path("row_next_word"));
     }
 }
 

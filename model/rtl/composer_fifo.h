@@ -32,13 +32,13 @@ namespace metabuffer::rtl {
 /// more than it holds, and /metabuffer/composer_fifo/address for an address that it does not have.
 class ComposerFifo final : public Block {
   public:
-    sc_core::sc_in<bool> clk_i{"clk_i"};      ///< core clock
-    sc_core::sc_in<bool> reset_i{"reset_i"};  ///< synchronous, active high; what is stored stays
-    sc_core::sc_in<FifoWrite> write_i{"write_i"};
-    sc_core::sc_in<FifoRead> read_i{"read_i"};
-    sc_core::sc_in<FifoRelease> release_i{"release_i"};
-    sc_core::sc_out<std::uint64_t> word_o{"word_o"};
-    sc_core::sc_out<std::uint32_t> free_o{"free_o"};
+    In<bool> clk_i{"clk_i"};      ///< core clock
+    In<bool> reset_i{"reset_i"};  ///< synchronous, active high; what is stored stays
+    In<FifoWrite> write_i{"write_i"};
+    In<FifoRead> read_i{"read_i"};
+    In<FifoRelease> release_i{"release_i"};
+    Out<std::uint64_t> word_o{"word_o"};
+    Out<std::uint32_t> free_o{"free_o"};
 
     std::unique_ptr<SecondRowPins> second_row;  ///< null with a window of one row
 
@@ -51,8 +51,7 @@ class ComposerFifo final : public Block {
     void clock_edge();
     void reset();
     void store(const FifoWrite& write);
-    void put_out(const FifoRead& read, sc_core::sc_out<std::uint64_t>& word,
-                 sc_core::sc_out<std::uint64_t>* next_word);
+    void put_out(const FifoRead& read, Out<std::uint64_t>& word, Out<std::uint64_t>* next_word);
     void account(const FifoWrite& write, const FifoRelease& release);
     void refuse(const char* kind, const std::string& what);
 

@@ -8,8 +8,8 @@ DisplayMemory::DisplayMemory(const sc_core::sc_module_name& name, std::int64_t p
     for (std::vector<std::uint32_t>& picture : pictures_) {
         picture.resize(static_cast<std::size_t>(pixels));
     }
-    write_clocked_.reads({&writes_i, &write_i});
-    read_clocked_.reads({&reset_i, &reads_i, &read_i});
+    write_clocked_.reads({writes_i, write_i});
+    read_clocked_.reads({reset_i, reads_i, read_i});
 }
 
 void DisplayMemory::write_edge() {

@@ -23,14 +23,14 @@ namespace metabuffer::rtl {
 /// Raises /metabuffer/display_memory/address for an address that it does not have.
 class DisplayMemory final : public Block {
   public:
-    sc_core::sc_in<bool> clk_i{"clk_i"};        ///< core clock
-    sc_core::sc_in<bool> reset_i{"reset_i"};    ///< clears data_o; pixels stay
-    sc_core::sc_in<bool> writes_i{"writes_i"};  ///< write_i is to be stored
-    sc_core::sc_in<DisplayWrite> write_i{"write_i"};
-    sc_core::sc_in<bool> dvi_clk_i{"dvi_clk_i"};  ///< DVI output clock
-    sc_core::sc_in<bool> reads_i{"reads_i"};      ///< read_i is to be put out
-    sc_core::sc_in<DisplayRead> read_i{"read_i"};
-    sc_core::sc_out<std::uint32_t> data_o{"data_o"};  ///< 0xRRGGBB
+    In<bool> clk_i{"clk_i"};        ///< core clock
+    In<bool> reset_i{"reset_i"};    ///< clears data_o; pixels stay
+    In<bool> writes_i{"writes_i"};  ///< write_i is to be stored
+    In<DisplayWrite> write_i{"write_i"};
+    In<bool> dvi_clk_i{"dvi_clk_i"};  ///< DVI output clock
+    In<bool> reads_i{"reads_i"};      ///< read_i is to be put out
+    In<DisplayRead> read_i{"read_i"};
+    Out<std::uint32_t> data_o{"data_o"};  ///< 0xRRGGBB
 
     /// pixels: of the display, 1 or more.
     DisplayMemory(const sc_core::sc_module_name& name, std::int64_t pixels);

@@ -30,11 +30,11 @@ namespace metabuffer::rtl {
 /// the next good colour frame.
 class DviDecoder final : public Block {
   public:
-    sc_core::sc_in<bool> clk_i{"clk_i"};      ///< DVI input clock
-    sc_core::sc_in<bool> reset_i{"reset_i"};  ///< synchronous, active high
-    sc_core::sc_in<DviLink> link_i{"link_i"};
-    sc_core::sc_out<DecodedPixel> pixel_o{"pixel_o"};
-    sc_core::sc_out<DecoderEvent> event_o{"event_o"};
+    In<bool> clk_i{"clk_i"};      ///< DVI input clock
+    In<bool> reset_i{"reset_i"};  ///< synchronous, active high
+    In<DviLink> link_i{"link_i"};
+    Out<DecodedPixel> pixel_o{"pixel_o"};
+    Out<DecoderEvent> event_o{"event_o"};
 
     /// timing: the mode of the renderer's link.
     DviDecoder(const sc_core::sc_module_name& name, const DviTiming& timing);

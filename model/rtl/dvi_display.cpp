@@ -28,8 +28,8 @@ void DviDisplay::clock_edge() {
 
 void DviDisplay::take_pixels(std::uint32_t colour, std::int64_t count) {
     if (in_frame_) {
-        capture_.values.insert(capture_.values.end(), static_cast<std::size_t>(count), colour);
         x_ += static_cast<int>(count);
+        for (; count > 0; --count) capture_.values.push_back(colour);
     }
 }
 

@@ -18,9 +18,9 @@ namespace metabuffer::rtl {
 /// Raises /metabuffer/dvi_display/geometry (a warning) for a frame whose lines differ in length.
 class DviDisplay final : public Block {
   public:
-    sc_core::sc_in<bool> clk_i{"clk_i"};      ///< DVI output clock
-    sc_core::sc_in<bool> reset_i{"reset_i"};  ///< synchronous, active high
-    sc_core::sc_in<DviLink> link_i{"link_i"};
+    In<bool> clk_i{"clk_i"};      ///< DVI output clock
+    In<bool> reset_i{"reset_i"};  ///< synchronous, active high
+    In<DviLink> link_i{"link_i"};
 
     using FrameCaptured = std::function<void(const ColourImage&)>;
 

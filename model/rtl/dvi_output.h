@@ -30,17 +30,17 @@ namespace metabuffer::rtl {
 /// | a pixel is read from the memory | 2 later | it is on the link |
 class DviOutput final : public Block {
   public:
-    sc_core::sc_in<bool> clk_i{"clk_i"};      ///< DVI output clock
-    sc_core::sc_in<bool> reset_i{"reset_i"};  ///< synchronous, active high
-    sc_core::sc_in<bool> swaplock_i{"swaplock_i"};
-    sc_core::sc_in<bool> swapskip_i{"swapskip_i"};  ///< with SWAPLOCK: the frame is not to be shown
+    In<bool> clk_i{"clk_i"};      ///< DVI output clock
+    In<bool> reset_i{"reset_i"};  ///< synchronous, active high
+    In<bool> swaplock_i{"swaplock_i"};
+    In<bool> swapskip_i{"swapskip_i"};  ///< with SWAPLOCK: the frame is not to be shown
     /// FRAMEDONE does not rise again before the core clock has seen this low, so no ratio of the clocks misses a swap.
-    sc_core::sc_out<bool> swapped_o{"swapped_o"};
-    sc_core::sc_out<bool> skipped_o{"skipped_o"};  ///< with swapped_o: the display keeps its picture
-    sc_core::sc_out<bool> reads_o{"reads_o"};      ///< the memory reads read_o
-    sc_core::sc_out<DisplayRead> read_o{"read_o"};
-    sc_core::sc_in<std::uint32_t> data_i{"data_i"};
-    sc_core::sc_out<DviLink> link_o{"link_o"};
+    Out<bool> swapped_o{"swapped_o"};
+    Out<bool> skipped_o{"skipped_o"};  ///< with swapped_o: the display keeps its picture
+    Out<bool> reads_o{"reads_o"};      ///< the memory reads read_o
+    Out<DisplayRead> read_o{"read_o"};
+    In<std::uint32_t> data_i{"data_i"};
+    Out<DviLink> link_o{"link_o"};
 
     DviOutput(const sc_core::sc_module_name& name, const Scenario& scenario);
 

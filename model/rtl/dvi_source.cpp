@@ -167,7 +167,7 @@ void DviSource::step_raster() {
 }
 
 void DviSource::trace(sc_core::sc_trace_file* file) const {
-    sc_core::sc_trace(file, pair_request_i, path("pair_request"));
+    sc_core::sc_trace(file, pair_request_i.port(), path("pair_request"));
     registers_.trace(file, path(""));
     if (scenario_.links.tmds()) {
         character_registers_.trace(file, path(""));

@@ -26,13 +26,13 @@ namespace metabuffer::rtl {
 /// | a fault in the characters of link_o's pixel | the pixel's | disturbance_o has it; TmdsFault carries it out |
 class DviSource final : public Block {
   public:
-    sc_core::sc_in<bool> clk_i{"clk_i"};      ///< DVI input clock
-    sc_core::sc_in<bool> reset_i{"reset_i"};  ///< synchronous, active high
-    sc_core::sc_in<bool> pair_request_i{"pair_request_i"};
-    sc_core::sc_out<DviLink> link_o{"link_o"};
+    In<bool> clk_i{"clk_i"};      ///< DVI input clock
+    In<bool> reset_i{"reset_i"};  ///< synchronous, active high
+    In<bool> pair_request_i{"pair_request_i"};
+    Out<DviLink> link_o{"link_o"};
     /// How many millionths the link's clock must run fast, by the newest drift fault whose pair has begun; 0 at first.
-    sc_core::sc_out<int> clock_ppm_o{"clock_ppm_o"};
-    sc_core::sc_out<TmdsDisturbance> disturbance_o{"disturbance_o"};
+    Out<int> clock_ppm_o{"clock_ppm_o"};
+    Out<TmdsDisturbance> disturbance_o{"disturbance_o"};
 
     /// The scenario must outlive the module. renderer: index, from 0.
     DviSource(const sc_core::sc_module_name& name, const Scenario& scenario, int renderer);

@@ -4,6 +4,7 @@
 #include <memory>
 #include <systemc>
 
+#include "rtl/pins.h"
 #include "rtl/signals.h"
 #include "rtl/wire.h"
 
@@ -12,10 +13,10 @@ namespace metabuffer::rtl {
 /// The further pins of a composer's FIFO whose window holds two source rows: a second read port, and at both ports the
 /// word after the one that is read. Consecutive words lie in different block RAMs, so one port reads both.
 struct SecondRowPins {
-    sc_core::sc_out<std::uint64_t> next_word_o{"next_word_o"};  ///< after the one at word_o
-    sc_core::sc_in<FifoRead> row_read_i{"row_read_i"};
-    sc_core::sc_out<std::uint64_t> row_word_o{"row_word_o"};
-    sc_core::sc_out<std::uint64_t> row_next_word_o{"row_next_word_o"};
+    Out<std::uint64_t> next_word_o{"next_word_o"};  ///< after the one at word_o
+    In<FifoRead> row_read_i{"row_read_i"};
+    Out<std::uint64_t> row_word_o{"row_word_o"};
+    Out<std::uint64_t> row_next_word_o{"row_next_word_o"};
 };
 
 /// The wires between a composer and its FIFO.

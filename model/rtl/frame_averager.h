@@ -35,18 +35,18 @@ namespace metabuffer::rtl {
 /// Raises /metabuffer/output_framebuffer/bubble if there is no pixel at a raster position.
 class FrameAverager final : public Block {
   public:
-    sc_core::sc_in<bool> clk_i{"clk_i"};      ///< core clock
-    sc_core::sc_in<bool> reset_i{"reset_i"};  ///< synchronous, active high
-    sc_core::sc_in<bool> startframe_i{"startframe_i"};
-    sc_core::sc_in<PipePixel> pipe_i{"pipe_i"};
-    sc_core::sc_in<bool> column_stall_i{"column_stall_i"};
-    sc_core::sc_out<bool> pipeready_o{"pipeready_o"};
-    sc_core::sc_out<bool> framedone_o{"framedone_o"};
-    sc_core::sc_out<bool> framebad_o{"framebad_o"};  ///< with FRAMEDONE: pixels of the frame were lost
-    sc_core::sc_out<bool> writes_o{"writes_o"};      ///< a pixel stands at write_o
-    sc_core::sc_out<DisplayWrite> write_o{"write_o"};
-    sc_core::sc_in<bool> swapped_i{"swapped_i"};  ///< DVI output clock: the swap is over
-    sc_core::sc_in<bool> skipped_i{"skipped_i"};  ///< with swapped_i: the display keeps its picture
+    In<bool> clk_i{"clk_i"};      ///< core clock
+    In<bool> reset_i{"reset_i"};  ///< synchronous, active high
+    In<bool> startframe_i{"startframe_i"};
+    In<PipePixel> pipe_i{"pipe_i"};
+    In<bool> column_stall_i{"column_stall_i"};
+    Out<bool> pipeready_o{"pipeready_o"};
+    Out<bool> framedone_o{"framedone_o"};
+    Out<bool> framebad_o{"framebad_o"};  ///< with FRAMEDONE: pixels of the frame were lost
+    Out<bool> writes_o{"writes_o"};      ///< a pixel stands at write_o
+    Out<DisplayWrite> write_o{"write_o"};
+    In<bool> swapped_i{"swapped_i"};  ///< DVI output clock: the swap is over
+    In<bool> skipped_i{"skipped_i"};  ///< with swapped_i: the display keeps its picture
 
     /// display: its own, from 1.
     FrameAverager(const sc_core::sc_module_name& name, const Scenario& scenario, int display);

@@ -33,12 +33,12 @@ FrameMemory::FrameMemory(const sc_core::sc_module_name& name, const MemoryConfig
             registers_, "bank_" + std::to_string(bank), bits_for((device_words - 1) / config.page_words),
             config.times_banks() ? std::max(config.precharge_cycles, config.activate_cycles()) : 0));
     }
-    clocked_.reads({&reset_i, &command_i});
+    clocked_.reads({reset_i, command_i});
     devices_[0].resize(static_cast<std::size_t>(device_words));
     if (!config.shared()) {
         devices_[1].resize(static_cast<std::size_t>(device_words));
         link_clocked_ = std::make_unique<Clocked>(*this, write_clk_i, &FrameMemory::write_edge);
-        link_clocked_->reads({&write_i});
+        link_clocked_->reads({write_i});
     }
     if (reads_.empty()) {
         SC_METHOD(put_out);
@@ -243,7 +243,7 @@ void FrameMemory::latency_edge(const MemoryCommand& command) {
 void FrameMemory::trace(sc_core::sc_trace_file* file) const {
     registers_.trace(file, path(""));
     sc_trace(file, write_i.read(), path("write"), bits_for(words() - 1));
-    sc_core::sc_trace(file, front_i, path("front"));
+    sc_core::sc_trace(file, front_i.port(), path("front"));
     sc_trace(file, command_i.read(), path("command"), bits_for((words() - 1) / config_.page_words),
              config_.words_per_cycle, bits_for(config_.page_words - 1));
     sc_trace(file, data_o.read(), path("data"), config_.words_per_cycle);

@@ -54,15 +54,14 @@ namespace metabuffer::rtl {
 /// | width                        | more words than it has in a clock                                              |
 class FrameMemory final : public Block {
   public:
-    sc_core::sc_in<bool> clk_i{"clk_i"};              ///< core clock
-    sc_core::sc_in<bool> reset_i{"reset_i"};          ///< synchronous, active high; what is stored stays
-    sc_core::sc_in<bool> write_clk_i{"write_clk_i"};  ///< DVI input clock
-    sc_core::sc_in<MemoryWrite> write_i{"write_i"};
-    sc_core::sc_in<bool> front_i{
-        "front_i"};  ///< the device that the bus reads; changes while it reads nothing
-    sc_core::sc_in<MemoryCommand> command_i{"command_i"};
-    sc_core::sc_out<MemoryData> data_o{"data_o"};
-    sc_core::sc_vector<sc_core::sc_in<MemoryData>> write_data_i;  ///< one, only with shared ports
+    In<bool> clk_i{"clk_i"};              ///< core clock
+    In<bool> reset_i{"reset_i"};          ///< synchronous, active high; what is stored stays
+    In<bool> write_clk_i{"write_clk_i"};  ///< DVI input clock
+    In<MemoryWrite> write_i{"write_i"};
+    In<bool> front_i{"front_i"};  ///< the device that the bus reads; changes while it reads nothing
+    In<MemoryCommand> command_i{"command_i"};
+    Out<MemoryData> data_o{"data_o"};
+    PinVector<In<MemoryData>> write_data_i;  ///< one, only with shared ports
 
     /// words: pixels of one image.
     FrameMemory(const sc_core::sc_module_name& name, const MemoryConfig& config, std::int64_t words);

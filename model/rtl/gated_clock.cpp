@@ -40,13 +40,20 @@ std::int64_t GatedClock::edge() const {
     return static_cast<std::int64_t>(sc_core::sc_time_stamp().value()) / period_picoseconds_;
 }
 
-void GatedClock::add(Clocked& method) {
-    ++methods_;
-    wake(method);
+void GatedClock::add(const EdgeCall& call) { calls_.push_back(call); }
+
+void GatedClock::start_of_simulation() {
+    awake_.resize((calls_.size() + kWordBits - 1) / kWordBits);
+    for (EdgeCall& call : calls_) {
+        call.clocked->call_ = &call;
+        wake(call);
+    }
 }
 
-void GatedClock::wake(Clocked& method) {
-    awake_.push_back(&method);
+void GatedClock::wake(const EdgeCall& call) {
+    const auto index = static_cast<std::size_t>(&call - calls_.data());
+    awake_[index / kWordBits] |= std::uint64_t{1} << index % kWordBits;
+    ++awake_methods_;
     if (stands_still_) {
         start_again_.notify(sc_core::SC_ZERO_TIME);
     }
@@ -68,17 +75,20 @@ void GatedClock::clock_edge() {
         stands_still_ = false;  // called between two edges
         return;
     }
-    for (std::size_t i = 0; i < awake_.size();) {
-        if (awake_[i]->call()) {
-            ++i;
-        } else {
-            awake_[i] = awake_.back();
-            awake_.pop_back();
+    EdgeCall* calls = calls_.data();
+    for (std::uint64_t& word : awake_) {
+        for (std::uint64_t left = word; left != 0; left &= left - 1) {
+            const int bit = __builtin_ctzll(left);
+            if (!calls[bit].execute()) {
+                word &= ~(std::uint64_t{1} << bit);
+                --awake_methods_;
+            }
         }
+        calls += kWordBits;
     }
     if (has_listeners_) {
         posedge_.notify();
-    } else if (awake_.empty()) {
+    } else if (awake_methods_ == 0) {
         stands_still_ = true;
         next_trigger(start_again_);
     }

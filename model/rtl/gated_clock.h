@@ -4,9 +4,9 @@
 #include <systemc>
 #include <vector>
 
-namespace metabuffer::rtl {
+#include "rtl/clocked.h"
 
-class Clocked;
+namespace metabuffer::rtl {
 
 /// An sc_clock that rises at time 0. It falls only if somebody waits for that or sees it in a waveform: each edge takes time.
 class RisingClock final : public sc_core::sc_clock {
@@ -46,7 +46,7 @@ class GatedClock final : public sc_core::sc_module, public sc_core::sc_signal_in
     std::int64_t edge() const;
     bool stands_still() const { return stands_still_; }
     /// How many of the methods sleep.
-    std::size_t sleepers() const { return methods_ - awake_.size(); }
+    std::size_t sleepers() const { return calls_.size() - awake_methods_; }
 
     const sc_core::sc_event& value_changed_event() const override { return clk_i->value_changed_event(); }
     const sc_core::sc_event& posedge_event() const override {
@@ -63,18 +63,22 @@ class GatedClock final : public sc_core::sc_module, public sc_core::sc_signal_in
 
   private:
     friend class Clocked;
+    static constexpr std::size_t kWordBits = 64;
+
     void end_of_elaboration() override;
+    void start_of_simulation() override;
     void clock_edge();
-    void add(Clocked& method);
+    void add(const EdgeCall& call);
     /// Calls the method at each edge from the next one on, until it sleeps.
-    void wake(Clocked& method);
+    void wake(const EdgeCall& call);
     /// Evaluates what of its module is combinational, in the next delta cycle.
     void settle(Clocked& method);
     void evaluate();
 
     std::int64_t period_picoseconds_ = 1;
-    std::size_t methods_ = 0;
-    std::vector<Clocked*> awake_;
+    std::vector<EdgeCall> calls_;
+    std::vector<std::uint64_t> awake_;  ///< a bit for each call
+    std::size_t awake_methods_ = 0;
     std::vector<Clocked*> settling_;
     bool stands_still_ = false;
     mutable bool has_listeners_ = false;

@@ -64,7 +64,7 @@ HandshakeFault::HandshakeFault(const sc_core::sc_module_name& name, const Scenar
       stopped_burst_cycles_(stopped_burst_cycles(scenario)),
       hold_("hold", holds_.at_first_edge()) {
     SC_METHOD(clock_edge);
-    sensitive << clk_i.pos();
+    sensitive << clk_i.port().pos();
     dont_initialize();
     SC_METHOD(update);
     sensitive << wire_i << hold_;
@@ -92,8 +92,8 @@ void HandshakeFault::update() {
 }
 
 void HandshakeFault::trace(sc_core::sc_trace_file* file) const {
-    sc_core::sc_trace(file, wire_i, path("wire_in"));
-    sc_core::sc_trace(file, wire_o, path("wire"));
+    sc_core::sc_trace(file, wire_i.port(), path("wire_in"));
+    sc_core::sc_trace(file, wire_o.port(), path("wire"));
     sc_core::sc_trace(file, hold_, path("hold"));
 }
 
@@ -114,7 +114,7 @@ SwapLockFault::SwapLockFault(const sc_core::sc_module_name& name, const Scenario
       hold_("hold", holds_.at_first_edge()),
       hold_skip_("hold_skip", hold_.read()) {
     SC_METHOD(clock_edge);
-    sensitive << clk_i.pos();
+    sensitive << clk_i.port().pos();
     dont_initialize();
     SC_METHOD(update);
     sensitive << swaplock_i << swapskip_i << hold_ << hold_skip_;
@@ -134,10 +134,10 @@ void SwapLockFault::update() {
 }
 
 void SwapLockFault::trace(sc_core::sc_trace_file* file) const {
-    sc_core::sc_trace(file, swaplock_i, path("SWAPLOCK_in"));
-    sc_core::sc_trace(file, swaplock_o, path("SWAPLOCK"));
-    sc_core::sc_trace(file, swapskip_i, path("SWAPSKIP_in"));
-    sc_core::sc_trace(file, swapskip_o, path("SWAPSKIP"));
+    sc_core::sc_trace(file, swaplock_i.port(), path("SWAPLOCK_in"));
+    sc_core::sc_trace(file, swaplock_o.port(), path("SWAPLOCK"));
+    sc_core::sc_trace(file, swapskip_i.port(), path("SWAPSKIP_in"));
+    sc_core::sc_trace(file, swapskip_o.port(), path("SWAPSKIP"));
     sc_core::sc_trace(file, hold_, path("hold"));
 }
 

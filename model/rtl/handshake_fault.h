@@ -66,9 +66,9 @@ class WireHolds {
 /// stops, and the composer waits for the longest gap.
 class HandshakeFault final : public Block {
   public:
-    sc_core::sc_in<bool> clk_i{"clk_i"};    ///< the clock of the block that reads the wire
-    sc_core::sc_in<bool> wire_i{"wire_i"};  ///< as it is raised
-    sc_core::sc_out<bool> wire_o{"wire_o"};
+    In<bool> clk_i{"clk_i"};    ///< the clock of the block that reads the wire
+    In<bool> wire_i{"wire_i"};  ///< as it is raised
+    Out<bool> wire_o{"wire_o"};
 
     /// The row (index) of the PIPEREADY wires that a fault of a renderer's composer holds: the composer's own. The
     /// PIPEMASTER answers its own PIPEREADY without a wire, so there the fault holds the PIPEREADY that it waits for.
@@ -104,11 +104,11 @@ class HandshakeFault final : public Block {
 /// later than SWAPLOCK, and neither is taken back. One module has both, so all displays see a swap in the same clock.
 class SwapLockFault final : public Block {
   public:
-    sc_core::sc_in<bool> clk_i{"clk_i"};  ///< core clock, in which FRAMEDONE and FRAMEBAD are driven
-    sc_core::sc_in<bool> swaplock_i{"swaplock_i"};
-    sc_core::sc_in<bool> swapskip_i{"swapskip_i"};
-    sc_core::sc_out<bool> swaplock_o{"swaplock_o"};
-    sc_core::sc_out<bool> swapskip_o{"swapskip_o"};
+    In<bool> clk_i{"clk_i"};  ///< core clock, in which FRAMEDONE and FRAMEBAD are driven
+    In<bool> swaplock_i{"swaplock_i"};
+    In<bool> swapskip_i{"swapskip_i"};
+    Out<bool> swaplock_o{"swaplock_o"};
+    Out<bool> swapskip_o{"swapskip_o"};
 
     /// faults: indices in Scenario::faults. Scenario and tally must outlive the module.
     SwapLockFault(const sc_core::sc_module_name& name, const Scenario& scenario,

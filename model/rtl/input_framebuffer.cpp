@@ -145,11 +145,11 @@ void InputFramebuffer::start_frame(bool fresh) {
 }
 
 void InputFramebuffer::trace(sc_core::sc_trace_file* file) const {
-    sc_core::sc_trace(file, pair_request_o, path("pair_request"));
+    sc_core::sc_trace(file, pair_request_o.port(), path("pair_request"));
     sc_trace(file, bus_o.read(), path("BUS"), lanes_);
     for (std::size_t d = 0; d < busready_i.size(); ++d) {
-        sc_core::sc_trace(file, busready_i[d], path(numbered("BUSREADY", d).c_str()));
-        sc_core::sc_trace(file, tableready_i[d], path(numbered("TABLEREADY", d).c_str()));
+        sc_core::sc_trace(file, busready_i[d].port(), path(numbered("BUSREADY", d).c_str()));
+        sc_core::sc_trace(file, tableready_i[d].port(), path(numbered("TABLEREADY", d).c_str()));
     }
     trace_parts(file);
 }

@@ -34,15 +34,15 @@ struct FramebufferWires;
 /// Their headers say what each does at which clock.
 class InputFramebuffer final : public Block {
   public:
-    sc_core::sc_in<bool> clk_i{"clk_i"};          ///< core clock
-    sc_core::sc_in<bool> reset_i{"reset_i"};      ///< synchronous in both domains, active high
-    sc_core::sc_in<bool> dvi_clk_i{"dvi_clk_i"};  ///< DVI input clock
-    sc_core::sc_in<DecodedPixel> pixel_i{"pixel_i"};
-    sc_core::sc_in<DecoderEvent> event_i{"event_i"};
-    sc_core::sc_out<bool> pair_request_o{"pair_request_o"};  ///< the back device is free (DVI input clock)
-    sc_core::sc_vector<sc_core::sc_in<bool>> busready_i;     ///< one per composer of the row
-    sc_core::sc_vector<sc_core::sc_in<bool>> tableready_i;
-    sc_core::sc_out<BusBeat> bus_o{"bus_o"};
+    In<bool> clk_i{"clk_i"};          ///< core clock
+    In<bool> reset_i{"reset_i"};      ///< synchronous in both domains, active high
+    In<bool> dvi_clk_i{"dvi_clk_i"};  ///< DVI input clock
+    In<DecodedPixel> pixel_i{"pixel_i"};
+    In<DecoderEvent> event_i{"event_i"};
+    Out<bool> pair_request_o{"pair_request_o"};  ///< the back device is free (DVI input clock)
+    PinVector<In<bool>> busready_i;              ///< one per composer of the row
+    PinVector<In<bool>> tableready_i;
+    Out<BusBeat> bus_o{"bus_o"};
 
     /// renderer: index, from 0. The scenario must outlive the module.
     InputFramebuffer(const sc_core::sc_module_name& name, const Scenario& scenario, int renderer);

@@ -33,8 +33,8 @@ void LinkClock::step() {
 }
 
 void LinkClock::trace(sc_core::sc_trace_file* file) const {
-    sc_core::sc_trace(file, clk_o, path("clk"));
-    sc_core::sc_trace(file, clock_ppm_i, path("ppm"));
+    sc_core::sc_trace(file, clk_o.port(), path("clk"));
+    sc_core::sc_trace(file, clock_ppm_i.port(), path("ppm"));
 }
 
 }  // namespace metabuffer::rtl

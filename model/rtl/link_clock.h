@@ -11,8 +11,8 @@ namespace metabuffer::rtl {
 /// carried over, so the average is exact. A change of clock_ppm_i takes effect at the next rising edge.
 class LinkClock final : public Block {
   public:
-    sc_core::sc_in<int> clock_ppm_i{"clock_ppm_i"};  ///< -100000..100000; positive: fast
-    sc_core::sc_out<bool> clk_o{"clk_o"};
+    In<int> clock_ppm_i{"clock_ppm_i"};  ///< -100000..100000; positive: fast
+    Out<bool> clk_o{"clk_o"};
 
     LinkClock(const sc_core::sc_module_name& name, std::int64_t nominal_period_picoseconds);
     SC_HAS_PROCESS(LinkClock);

@@ -21,16 +21,16 @@ namespace metabuffer::rtl {
 /// and the front device's table change with the answer only.
 class LinkPort final : public Block {
   public:
-    sc_core::sc_in<bool> clk_i{"clk_i"};      ///< DVI input clock
-    sc_core::sc_in<bool> reset_i{"reset_i"};  ///< synchronous, active high
-    sc_core::sc_in<DecodedPixel> pixel_i{"pixel_i"};
-    sc_core::sc_in<DecoderEvent> event_i{"event_i"};
-    sc_core::sc_in<bool> request_i{"request_i"};             ///< core clock: changes with each question
-    sc_core::sc_out<bool> pair_request_o{"pair_request_o"};  ///< the back device is free
-    sc_core::sc_out<bool> answer_o{"answer_o"};              ///< changes with each answer
-    sc_core::sc_out<bool> fresh_o{"fresh_o"};                ///< the devices were swapped for it
-    sc_core::sc_out<bool> front_o{"front_o"};                ///< which device the bus reads
-    sc_core::sc_out<MemoryWrite> write_o{"write_o"};
+    In<bool> clk_i{"clk_i"};      ///< DVI input clock
+    In<bool> reset_i{"reset_i"};  ///< synchronous, active high
+    In<DecodedPixel> pixel_i{"pixel_i"};
+    In<DecoderEvent> event_i{"event_i"};
+    In<bool> request_i{"request_i"};             ///< core clock: changes with each question
+    Out<bool> pair_request_o{"pair_request_o"};  ///< the back device is free
+    Out<bool> answer_o{"answer_o"};              ///< changes with each answer
+    Out<bool> fresh_o{"fresh_o"};                ///< the devices were swapped for it
+    Out<bool> front_o{"front_o"};                ///< which device the bus reads
+    Out<MemoryWrite> write_o{"write_o"};
 
     struct Records {
         /// The back device holds this pair, whole.

@@ -38,7 +38,7 @@ MemoryController::MemoryController(const sc_core::sc_module_name& name, const Me
     if (config.shared()) {
         writes_ = std::make_unique<Writes>(registers_, config);
     }
-    clocked_.evaluates(&MemoryController::answer, {&request_i});
+    clocked_.evaluates(&MemoryController::answer, {request_i});
 }
 
 void MemoryController::reset() {

@@ -41,16 +41,15 @@ namespace metabuffer::rtl {
 /// The memory puts the words out, read_latency_cycles after the command.
 class MemoryController final : public Block {
   public:
-    sc_core::sc_in<bool> clk_i{"clk_i"};      ///< core clock
-    sc_core::sc_in<bool> reset_i{"reset_i"};  ///< synchronous, active high
-    sc_core::sc_in<MemoryRequest> request_i{
-        "request_i"};  ///< stands until its words are read, or are given up
-    sc_core::sc_out<MemoryAnswer> answer_o{"answer_o"};
-    sc_core::sc_out<MemoryCommand> command_o{"command_o"};
+    In<bool> clk_i{"clk_i"};                   ///< core clock
+    In<bool> reset_i{"reset_i"};               ///< synchronous, active high
+    In<MemoryRequest> request_i{"request_i"};  ///< stands until its words are read, or are given up
+    Out<MemoryAnswer> answer_o{"answer_o"};
+    Out<MemoryCommand> command_o{"command_o"};
     // Only with shared ports: the halves of the write buffer.
-    sc_core::sc_vector<sc_core::sc_in<bool>> write_full_i;  ///< DVI input clock: change with each block
-    sc_core::sc_vector<sc_core::sc_in<WriteBlock>> write_block_i;  ///< stable after that change
-    sc_core::sc_vector<sc_core::sc_out<bool>> drain_o;             ///< one: the half that is written
+    PinVector<In<bool>> write_full_i;         ///< DVI input clock: change with each block
+    PinVector<In<WriteBlock>> write_block_i;  ///< stable after that change
+    PinVector<Out<bool>> drain_o;             ///< one: the half that is written
 
     /// image_words: pixels of one image.
     MemoryController(const sc_core::sc_module_name& name, const MemoryConfig& config,

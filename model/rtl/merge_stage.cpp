@@ -15,7 +15,7 @@ MergeStage::MergeStage(const sc_core::sc_module_name& name, const Scenario& scen
       position_(registers_, "position", pixel_bits_),
       window_(registers_, second_row != nullptr ? 2 : 1, buffer_addresses(scenario.composer.buffer_pixels),
               pixel_bits_, pins()) {
-    clocked_.evaluates(&MergeStage::drive, {&ahead_i, &progress_i, &running_i});
+    clocked_.evaluates(&MergeStage::drive, {ahead_i, progress_i, running_i});
 }
 
 void MergeStage::reset() {

@@ -30,29 +30,29 @@ namespace metabuffer::rtl {
 ///   upstream, marked `lost`, and nothing is waited for.
 class MergeStage final : public Block {
   public:
-    sc_core::sc_in<bool> clk_i{"clk_i"};      ///< core clock
-    sc_core::sc_in<bool> reset_i{"reset_i"};  ///< synchronous, active high
-    sc_core::sc_in<bool> pipemaster_i{"pipemaster_i"};
+    In<bool> clk_i{"clk_i"};      ///< core clock
+    In<bool> reset_i{"reset_i"};  ///< synchronous, active high
+    In<bool> pipemaster_i{"pipemaster_i"};
     // The pipeline.
-    sc_core::sc_in<PipePixel> pipe_i{"pipe_i"};
-    sc_core::sc_out<PipePixel> pipe_o{"pipe_o"};
-    sc_core::sc_in<bool> column_stall_i{"column_stall_i"};
-    sc_core::sc_out<bool> stall_o{"stall_o"};
+    In<PipePixel> pipe_i{"pipe_i"};
+    Out<PipePixel> pipe_o{"pipe_o"};
+    In<bool> column_stall_i{"column_stall_i"};
+    Out<bool> stall_o{"stall_o"};
     // The raster and the segment.
-    sc_core::sc_in<bool> running_i{"running_i"};
-    sc_core::sc_in<RasterStep> ahead_i{"ahead_i"};  ///< of the edge after next
-    sc_core::sc_in<SegmentProgress> progress_i{"progress_i"};
-    sc_core::sc_out<bool> missing_o{"missing_o"};
+    In<bool> running_i{"running_i"};
+    In<RasterStep> ahead_i{"ahead_i"};  ///< of the edge after next
+    In<SegmentProgress> progress_i{"progress_i"};
+    Out<bool> missing_o{"missing_o"};
     // The FIFO.
-    sc_core::sc_in<FifoWrite> write_i{"write_i"};  ///< what it is about to store
-    sc_core::sc_out<FifoRead> read_o{"read_o"};
-    sc_core::sc_in<std::uint64_t> word_i{"word_i"};
+    In<FifoWrite> write_i{"write_i"};  ///< what it is about to store
+    Out<FifoRead> read_o{"read_o"};
+    In<std::uint64_t> word_i{"word_i"};
     /// With a window of two rows.
     struct SecondRowPins {
-        sc_core::sc_in<std::uint64_t> next_word_i{"next_word_i"};
-        sc_core::sc_out<FifoRead> row_read_o{"row_read_o"};
-        sc_core::sc_in<std::uint64_t> row_word_i{"row_word_i"};
-        sc_core::sc_in<std::uint64_t> row_next_word_i{"row_next_word_i"};
+        In<std::uint64_t> next_word_i{"next_word_i"};
+        Out<FifoRead> row_read_o{"row_read_o"};
+        In<std::uint64_t> row_word_i{"row_word_i"};
+        In<std::uint64_t> row_next_word_i{"row_next_word_i"};
     };
     std::unique_ptr<SecondRowPins> second_row;  ///< null in a composer that replicates
 

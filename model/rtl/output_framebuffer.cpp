@@ -41,12 +41,12 @@ OutputFramebuffer::OutputFramebuffer(const sc_core::sc_module_name& name, const 
 }
 
 void OutputFramebuffer::trace(sc_core::sc_trace_file* file) const {
-    sc_core::sc_trace(file, startframe_i, path("STARTFRAME_in"));
-    sc_core::sc_trace(file, pipeready_o, path("PIPEREADY"));
-    sc_core::sc_trace(file, framedone_o, path("FRAMEDONE"));
-    sc_core::sc_trace(file, framebad_o, path("FRAMEBAD"));
-    sc_core::sc_trace(file, swaplock_i, path("SWAPLOCK"));
-    sc_core::sc_trace(file, swapskip_i, path("SWAPSKIP"));
+    sc_core::sc_trace(file, startframe_i.port(), path("STARTFRAME_in"));
+    sc_core::sc_trace(file, pipeready_o.port(), path("PIPEREADY"));
+    sc_core::sc_trace(file, framedone_o.port(), path("FRAMEDONE"));
+    sc_core::sc_trace(file, framebad_o.port(), path("FRAMEBAD"));
+    sc_core::sc_trace(file, swaplock_i.port(), path("SWAPLOCK"));
+    sc_core::sc_trace(file, swapskip_i.port(), path("SWAPSKIP"));
     sc_trace(file, pipe_i.read(), path("PIPE_in"));
     sc_trace(file, link_o.read(), path("DVI"));
     trace_parts(file);

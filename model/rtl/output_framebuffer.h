@@ -27,18 +27,18 @@ namespace metabuffer::rtl {
 /// Their headers say what each does at which clock.
 class OutputFramebuffer final : public Block {
   public:
-    sc_core::sc_in<bool> clk_i{"clk_i"};          ///< core clock
-    sc_core::sc_in<bool> reset_i{"reset_i"};      ///< synchronous in both domains, active high
-    sc_core::sc_in<bool> dvi_clk_i{"dvi_clk_i"};  ///< DVI output clock
-    sc_core::sc_in<bool> startframe_i{"startframe_i"};
-    sc_core::sc_in<PipePixel> pipe_i{"pipe_i"};
-    sc_core::sc_in<bool> column_stall_i{"column_stall_i"};
-    sc_core::sc_out<bool> pipeready_o{"pipeready_o"};
-    sc_core::sc_out<bool> framedone_o{"framedone_o"};
-    sc_core::sc_out<bool> framebad_o{"framebad_o"};  ///< with FRAMEDONE: pixels of the frame were lost
-    sc_core::sc_in<bool> swaplock_i{"swaplock_i"};
-    sc_core::sc_in<bool> swapskip_i{"swapskip_i"};  ///< with SWAPLOCK: the frame is not to be shown
-    sc_core::sc_out<DviLink> link_o{"link_o"};
+    In<bool> clk_i{"clk_i"};          ///< core clock
+    In<bool> reset_i{"reset_i"};      ///< synchronous in both domains, active high
+    In<bool> dvi_clk_i{"dvi_clk_i"};  ///< DVI output clock
+    In<bool> startframe_i{"startframe_i"};
+    In<PipePixel> pipe_i{"pipe_i"};
+    In<bool> column_stall_i{"column_stall_i"};
+    Out<bool> pipeready_o{"pipeready_o"};
+    Out<bool> framedone_o{"framedone_o"};
+    Out<bool> framebad_o{"framebad_o"};  ///< with FRAMEDONE: pixels of the frame were lost
+    In<bool> swaplock_i{"swaplock_i"};
+    In<bool> swapskip_i{"swapskip_i"};  ///< with SWAPLOCK: the frame is not to be shown
+    Out<DviLink> link_o{"link_o"};
 
     /// display: its own, from 1.
     OutputFramebuffer(const sc_core::sc_module_name& name, const Scenario& scenario, int display);

@@ -4,7 +4,7 @@ namespace metabuffer::rtl {
 
 PipelineHandshake::PipelineHandshake(const sc_core::sc_module_name& name, bool may_stall)
     : Block(name), may_stall_(may_stall) {
-    clocked_.evaluates(&PipelineHandshake::drive, {&startframe_i, &fetched_i, &running_i});
+    clocked_.evaluates(&PipelineHandshake::drive, {startframe_i, fetched_i, running_i});
 }
 
 void PipelineHandshake::reset() {
@@ -33,7 +33,7 @@ void PipelineHandshake::drive() {
 
 void PipelineHandshake::trace(sc_core::sc_trace_file* file) const {
     registers_.trace(file, path(""));
-    sc_core::sc_trace(file, start_o, path("start"));
+    sc_core::sc_trace(file, start_o.port(), path("start"));
 }
 
 }  // namespace metabuffer::rtl

@@ -19,18 +19,17 @@ namespace metabuffer::rtl {
 /// - PIPEREADY is combinational from registers, running_i and fetched_i, and start_o from these and startframe_i.
 class PipelineHandshake final : public Block {
   public:
-    sc_core::sc_in<bool> clk_i{"clk_i"};      ///< core clock
-    sc_core::sc_in<bool> reset_i{"reset_i"};  ///< synchronous, active high
-    sc_core::sc_in<bool> pipemaster_i{"pipemaster_i"};
-    sc_core::sc_in<bool> column_stall_i{"column_stall_i"};
-    sc_core::sc_in<bool> startframe_i{"startframe_i"};
-    sc_core::sc_out<bool> startframe_o{"startframe_o"};
-    sc_core::sc_in<bool> pipeready_i{"pipeready_i"};   ///< from below
-    sc_core::sc_out<bool> pipeready_o{"pipeready_o"};  ///< to above
-    sc_core::sc_in<bool> fetched_i{"fetched_i"};       ///< the next frame can be composited
-    sc_core::sc_in<bool> running_i{"running_i"};       ///< a frame is composited
-    sc_core::sc_out<bool> start_o{
-        "start_o"};  ///< a frame starts at the next edge, unless COLUMNSTALL is high
+    In<bool> clk_i{"clk_i"};      ///< core clock
+    In<bool> reset_i{"reset_i"};  ///< synchronous, active high
+    In<bool> pipemaster_i{"pipemaster_i"};
+    In<bool> column_stall_i{"column_stall_i"};
+    In<bool> startframe_i{"startframe_i"};
+    Out<bool> startframe_o{"startframe_o"};
+    In<bool> pipeready_i{"pipeready_i"};   ///< from below
+    Out<bool> pipeready_o{"pipeready_o"};  ///< to above
+    In<bool> fetched_i{"fetched_i"};       ///< the next frame can be composited
+    In<bool> running_i{"running_i"};       ///< a frame is composited
+    Out<bool> start_o{"start_o"};          ///< a frame starts at the next edge, unless COLUMNSTALL is high
 
     /// may_stall: the machine is in `stall` mode.
     PipelineHandshake(const sc_core::sc_module_name& name, bool may_stall);

@@ -10,6 +10,7 @@
 
 #include "datapath/smoothing.h"
 #include "rtl/composer_signals.h"
+#include "rtl/pins.h"
 #include "rtl/register.h"
 #include "rtl/signals.h"
 
@@ -34,8 +35,8 @@ class PixelWindow {
 
     /// The FIFO's pins; null where the window has no such row or column.
     struct Pins {
-        const sc_core::sc_in<FifoWrite>& write;  ///< what it is about to store
-        Grid<const sc_core::sc_in<std::uint64_t>*> words{};
+        const In<FifoWrite>& write;  ///< what it is about to store
+        Grid<const In<std::uint64_t>*> words{};
     };
     /// The positions around an edge.
     struct Steps {

@@ -12,7 +12,7 @@ RasterRecorder::RasterRecorder(const sc_core::sc_module_name& name, const Scenar
       raster_pixels_(std::int64_t{raster_width_} * scenario.displays.raster_height_pixels()),
       core_period_picoseconds_(clock_period_picoseconds(scenario.clocks.core_mhz)),
       record_(record) {
-    clocked_.reads({&reset_i, &start_i, &running_i});  // the others matter while a frame runs
+    clocked_.reads({reset_i, start_i, running_i});  // the others matter while a frame runs
     if (may_stall_) {
         SC_METHOD(follow_missing);
         sensitive << missing_i;

@@ -6,6 +6,7 @@
 #include "report/composer_record.h"
 #include "rtl/clocked.h"
 #include "rtl/composer_signals.h"
+#include "rtl/pins.h"
 #include "scenario/scenario.h"
 
 namespace metabuffer::rtl {
@@ -15,14 +16,14 @@ namespace metabuffer::rtl {
 /// not hardware.
 class RasterRecorder final : public sc_core::sc_module {
   public:
-    sc_core::sc_in<bool> clk_i{"clk_i"};
-    sc_core::sc_in<bool> reset_i{"reset_i"};
-    sc_core::sc_in<bool> column_stall_i{"column_stall_i"};
-    sc_core::sc_in<bool> start_i{"start_i"};
-    sc_core::sc_in<bool> running_i{"running_i"};
-    sc_core::sc_in<RasterStep> ahead_i{"ahead_i"};
-    sc_core::sc_in<SegmentProgress> progress_i{"progress_i"};
-    sc_core::sc_in<bool> missing_i{"missing_i"};
+    In<bool> clk_i{"clk_i"};
+    In<bool> reset_i{"reset_i"};
+    In<bool> column_stall_i{"column_stall_i"};
+    In<bool> start_i{"start_i"};
+    In<bool> running_i{"running_i"};
+    In<RasterStep> ahead_i{"ahead_i"};
+    In<SegmentProgress> progress_i{"progress_i"};
+    In<bool> missing_i{"missing_i"};
 
     RasterRecorder(const sc_core::sc_module_name& name, const Scenario& scenario, ComposerRecord& record);
     SC_HAS_PROCESS(RasterRecorder);

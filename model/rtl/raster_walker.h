@@ -22,15 +22,15 @@ namespace metabuffer::rtl {
 /// - while COLUMNSTALL is high no register changes. In `glitch` mode COLUMNSTALL is not read.
 class RasterWalker final : public Block {
   public:
-    sc_core::sc_in<bool> clk_i{"clk_i"};      ///< core clock
-    sc_core::sc_in<bool> reset_i{"reset_i"};  ///< synchronous, active high
-    sc_core::sc_in<bool> column_stall_i{"column_stall_i"};
-    sc_core::sc_in<bool> start_i{"start_i"};
-    sc_core::sc_in<HeadSegment> segment_i{"segment_i"};  ///< of the next frame; read at its start
-    sc_core::sc_out<bool> running_o{"running_o"};
-    sc_core::sc_out<RasterStep> ahead_o{"ahead_o"};
-    sc_core::sc_out<bool> uses_o{"uses_o"};  ///< there is something at use_o
-    sc_core::sc_out<PixelUse> use_o{"use_o"};
+    In<bool> clk_i{"clk_i"};      ///< core clock
+    In<bool> reset_i{"reset_i"};  ///< synchronous, active high
+    In<bool> column_stall_i{"column_stall_i"};
+    In<bool> start_i{"start_i"};
+    In<HeadSegment> segment_i{"segment_i"};  ///< of the next frame; read at its start
+    Out<bool> running_o{"running_o"};
+    Out<RasterStep> ahead_o{"ahead_o"};
+    Out<bool> uses_o{"uses_o"};  ///< there is something at use_o
+    Out<PixelUse> use_o{"use_o"};
 
     RasterWalker(const sc_core::sc_module_name& name, const Scenario& scenario);
     SC_HAS_PROCESS(RasterWalker);

@@ -64,21 +64,16 @@ struct StateTracer {
 
 class RegisterSet;
 
-/// What a RegisterSet does with each of its registers.
+/// What a RegisterSet knows of one of its registers. It lies elsewhere in memory than the value, so that a block's values,
+/// which each edge needs, lie together.
 class AnyRegister {
   public:
+    AnyRegister() = default;
     AnyRegister(const AnyRegister&) = delete;
     AnyRegister& operator=(const AnyRegister&) = delete;
+    virtual ~AnyRegister() = default;
     virtual void reset() = 0;
     virtual void trace(sc_core::sc_trace_file* file, const std::string& prefix) const = 0;
-
-  protected:
-    explicit AnyRegister(RegisterSet& set);
-    ~AnyRegister() = default;
-    void note_change() { *set_changed_ = true; }
-
-  private:
-    bool* set_changed_;
 };
 
 /// The registers of a block. Each adds itself where it is declared, so that reset and waveform leave none out. The set
@@ -93,42 +88,39 @@ class RegisterSet {
 
     /// Gives every register its reset value, as at power-up.
     void reset() {
-        for (AnyRegister* const each : registers_) {
+        for (const auto& each : registers_) {
             each->reset();
         }
         note_change();
     }
     /// One of the registers changes, or state that goes with them.
     void note_change() { *changed_ = true; }
-    /// For what is combinational: it is notified after each edge at which a register has changed.
+    /// For what is combinational, on a clock that calls nobody: notified after each edge at which a register has changed.
     const sc_core::sc_event& changed_event() {
         if (changed_event_ == nullptr) changed_event_ = std::make_unique<sc_core::sc_event>();
         return *changed_event_;
     }
     /// Call it at the end of each edge. True if a register has changed.
-    bool end_edge() {
-        const bool changed = std::exchange(own_changed_, false);
-        if (changed && changed_event_ != nullptr) changed_event_->notify(sc_core::SC_ZERO_TIME);
-        return changed;
+    bool end_edge() { return std::exchange(own_changed_, false); }
+    /// Then notifies changed_event().
+    void notify_changed() {
+        if (changed_event_ != nullptr) changed_event_->notify(sc_core::SC_ZERO_TIME);
     }
     /// prefix: the block's name and a dot.
     void trace(sc_core::sc_trace_file* file, const std::string& prefix) const {
-        for (const AnyRegister* const each : registers_) {
+        for (const auto& each : registers_) {
             each->trace(file, prefix);
         }
     }
 
   private:
-    friend class AnyRegister;
-    std::vector<AnyRegister*> registers_;  // members of the block that this set is a member of
+    template <typename Value>
+    friend class Register;
     bool own_changed_ = false;
     bool* changed_ = &own_changed_;
+    std::vector<std::unique_ptr<AnyRegister>> registers_;
     std::unique_ptr<sc_core::sc_event> changed_event_;  ///< null if nobody waits for it
 };
-
-inline AnyRegister::AnyRegister(RegisterSet& set) : set_changed_(set.changed_) {
-    set.registers_.push_back(this);
-}
 
 template <typename Value, typename = void>
 struct CanBeCompared : std::false_type {};
@@ -140,18 +132,18 @@ struct CanBeCompared<Value,
 /// A register: its name in the waveform, its width and its reset value. Only the block's clocked method writes it. The
 /// method reads what it has written at once, as with a variable of a clocked process.
 template <typename Value>
-class Register final : public AnyRegister {
+class Register final {
   public:
     /// width_bits: of a number or an enumeration; a flag has 1, and a structure traces its members itself, with this
     /// width if its sc_trace() takes one. A number has no sign in the waveform, unless its reset value is negative.
     /// What has visit_state() gives its own widths. Its names follow this one after an underscore, if this one is not
     /// empty.
     Register(RegisterSet& set, std::string name, int width_bits = 1, Value reset_value = Value{})
-        : AnyRegister(set),
-          name_(std::move(name)),
-          width_bits_(width_bits),
-          reset_value_(reset_value),
-          value_(std::move(reset_value)) {}
+        : value_(reset_value), set_changed_(set.changed_) {
+        set.registers_.push_back(
+            std::make_unique<Description>(value_, std::move(name), width_bits, std::move(reset_value)));
+    }
+    Register(const Register&) = delete;
 
     operator const Value&() const { return value_; }
     const Value& value() const { return value_; }
@@ -175,6 +167,23 @@ class Register final : public AnyRegister {
     Register& operator++() { return *this += 1; }
     Register& operator--() { return *this -= 1; }
 
+  private:
+    class Description;
+    void note_change() { *set_changed_ = true; }
+
+    Value value_;
+    bool* set_changed_;
+};
+
+template <typename Value>
+class Register<Value>::Description final : public AnyRegister {
+  public:
+    Description(Value& value, std::string name, int width_bits, Value reset_value)
+        : value_(value),
+          name_(std::move(name)),
+          width_bits_(width_bits),
+          reset_value_(std::move(reset_value)) {}
+
     void reset() override {
         if constexpr (ResetsItself<Value>::value) {
             value_.reset();
@@ -196,15 +205,15 @@ class Register final : public AnyRegister {
     }
 
   private:
+    Value& value_;
     std::string name_;
     int width_bits_;
     Value reset_value_;
-    Value value_;
 };
 
 /// A registered output: its register and its port get the value if it is another one, since a write takes time.
-template <typename Value>
-void drive_output(Register<Value>& output, sc_core::sc_out<Value>& port, const Value& value) {
+template <typename Value, typename Port>
+void drive_output(Register<Value>& output, Port& port, const Value& value) {
     if (!(value == output.value())) {
         output.change() = value;
         port.write(value);

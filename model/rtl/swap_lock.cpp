@@ -5,7 +5,7 @@
 namespace metabuffer::rtl {
 namespace {
 
-bool high(const sc_core::sc_in<bool>& wire) { return wire.read(); }
+bool high(const In<bool>& wire) { return wire.read(); }
 
 }  // namespace
 
@@ -28,8 +28,8 @@ void SwapLock::update() {
 }
 
 void SwapLock::trace(sc_core::sc_trace_file* file) const {
-    sc_core::sc_trace(file, swaplock_o, path("SWAPLOCK"));
-    sc_core::sc_trace(file, swapskip_o, path("SWAPSKIP"));
+    sc_core::sc_trace(file, swaplock_o.port(), path("SWAPLOCK"));
+    sc_core::sc_trace(file, swapskip_o.port(), path("SWAPSKIP"));
 }
 
 ColumnStall::ColumnStall(const sc_core::sc_module_name& name, int renderers)
@@ -43,7 +43,7 @@ ColumnStall::ColumnStall(const sc_core::sc_module_name& name, int renderers)
 void ColumnStall::update() { column_stall_o.write(std::any_of(stall_i.begin(), stall_i.end(), high)); }
 
 void ColumnStall::trace(sc_core::sc_trace_file* file) const {
-    sc_core::sc_trace(file, column_stall_o, path("COLUMNSTALL"));
+    sc_core::sc_trace(file, column_stall_o.port(), path("COLUMNSTALL"));
 }
 
 }  // namespace metabuffer::rtl

@@ -9,10 +9,10 @@ namespace metabuffer::rtl {
 /// pictures.
 class SwapLock final : public Block {
   public:
-    sc_core::sc_vector<sc_core::sc_in<bool>> framedone_i;
-    sc_core::sc_vector<sc_core::sc_in<bool>> framebad_i;
-    sc_core::sc_out<bool> swaplock_o{"swaplock_o"};
-    sc_core::sc_out<bool> swapskip_o{"swapskip_o"};
+    PinVector<In<bool>> framedone_i;
+    PinVector<In<bool>> framebad_i;
+    Out<bool> swaplock_o{"swaplock_o"};
+    Out<bool> swapskip_o{"swapskip_o"};
 
     SwapLock(const sc_core::sc_module_name& name, int displays);
     SC_HAS_PROCESS(SwapLock);
@@ -26,8 +26,8 @@ class SwapLock final : public Block {
 /// One column's stall wire: COLUMNSTALL is high while any composer of the column raises STALL. Combinational.
 class ColumnStall final : public Block {
   public:
-    sc_core::sc_vector<sc_core::sc_in<bool>> stall_i;
-    sc_core::sc_out<bool> column_stall_o{"column_stall_o"};
+    PinVector<In<bool>> stall_i;
+    Out<bool> column_stall_o{"column_stall_o"};
 
     ColumnStall(const sc_core::sc_module_name& name, int renderers);
     SC_HAS_PROCESS(ColumnStall);

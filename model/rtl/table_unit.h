@@ -21,11 +21,11 @@ namespace metabuffer::rtl {
 /// hardware makes (`bus.slot_table: built`) is ready at once; bus_arbiter spends the clocks of making it.
 class TableUnit final : public Block {
   public:
-    sc_core::sc_in<bool> clk_i{"clk_i"};      ///< DVI input clock
-    sc_core::sc_in<bool> reset_i{"reset_i"};  ///< synchronous, active high
-    sc_core::sc_in<DecoderEvent> event_i{"event_i"};
-    sc_core::sc_in<bool> front_i{"front_i"};         ///< which device the bus reads
-    sc_core::sc_out<FrontTable> table_o{"table_o"};  ///< of the front device
+    In<bool> clk_i{"clk_i"};      ///< DVI input clock
+    In<bool> reset_i{"reset_i"};  ///< synchronous, active high
+    In<DecoderEvent> event_i{"event_i"};
+    In<bool> front_i{"front_i"};         ///< which device the bus reads
+    Out<FrontTable> table_o{"table_o"};  ///< of the front device
 
     TableUnit(const sc_core::sc_module_name& name, const BusConfig& bus, const ViewportLimits& limits);
     SC_HAS_PROCESS(TableUnit);

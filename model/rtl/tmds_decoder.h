@@ -27,10 +27,10 @@ namespace metabuffer::rtl {
 /// - HSYNC and VSYNC follow blue while DE is low, and stay where blue has no control character.
 class TmdsDecoder final : public Block {
   public:
-    sc_core::sc_in<bool> clk_i{"clk_i"};      ///< the link's clock
-    sc_core::sc_in<bool> reset_i{"reset_i"};  ///< synchronous, active high
-    sc_core::sc_in<TmdsLink> tmds_i{"tmds_i"};
-    sc_core::sc_out<DviLink> link_o{"link_o"};
+    In<bool> clk_i{"clk_i"};      ///< the link's clock
+    In<bool> reset_i{"reset_i"};  ///< synchronous, active high
+    In<TmdsLink> tmds_i{"tmds_i"};
+    Out<DviLink> link_o{"link_o"};
 
     explicit TmdsDecoder(const sc_core::sc_module_name& name);
 

@@ -15,10 +15,10 @@ namespace metabuffer::rtl {
 /// HSYNC and VSYNC, and the disparity of each channel starts again from 0. Reset drives control characters.
 class TmdsEncoder final : public Block {
   public:
-    sc_core::sc_in<bool> clk_i{"clk_i"};      ///< the link's clock
-    sc_core::sc_in<bool> reset_i{"reset_i"};  ///< synchronous, active high
-    sc_core::sc_in<DviLink> link_i{"link_i"};
-    sc_core::sc_out<TmdsLink> tmds_o{"tmds_o"};
+    In<bool> clk_i{"clk_i"};      ///< the link's clock
+    In<bool> reset_i{"reset_i"};  ///< synchronous, active high
+    In<DviLink> link_i{"link_i"};
+    Out<TmdsLink> tmds_o{"tmds_o"};
 
     explicit TmdsEncoder(const sc_core::sc_module_name& name);
 

@@ -14,7 +14,7 @@ TmdsFault::TmdsFault(const sc_core::sc_module_name& name, const Scenario& scenar
       tally_(tally),
       core_period_picoseconds_(clock_period_picoseconds(scenario.clocks.core_mhz)) {
     SC_METHOD(clock_edge);
-    sensitive << clk_i.pos();
+    sensitive << clk_i.port().pos();
     dont_initialize();
     SC_METHOD(follow);
     sensitive << tmds_i << clocked_;

@@ -21,11 +21,11 @@ namespace metabuffer::rtl {
 /// tmds_o follows tmds_i without a clock between. Each character with flipped bits of kTmdsNoise counts in the tally.
 class TmdsFault final : public Block {
   public:
-    sc_core::sc_in<bool> clk_i{"clk_i"};      ///< the link's clock
-    sc_core::sc_in<bool> reset_i{"reset_i"};  ///< synchronous, active high
-    sc_core::sc_in<TmdsDisturbance> disturbance_i{"disturbance_i"};
-    sc_core::sc_in<TmdsLink> tmds_i{"tmds_i"};  ///< as the encoder drives it
-    sc_core::sc_out<TmdsLink> tmds_o{"tmds_o"};
+    In<bool> clk_i{"clk_i"};      ///< the link's clock
+    In<bool> reset_i{"reset_i"};  ///< synchronous, active high
+    In<TmdsDisturbance> disturbance_i{"disturbance_i"};
+    In<TmdsLink> tmds_i{"tmds_i"};  ///< as the encoder drives it
+    Out<TmdsLink> tmds_o{"tmds_o"};
 
     /// noise: indices in Scenario::faults of those that flip bits at a rate. Scenario and tally must outlive the module.
     TmdsFault(const sc_core::sc_module_name& name, const Scenario& scenario, std::vector<std::size_t> noise,

@@ -4,26 +4,36 @@
 #include <type_traits>
 #include <vector>
 
-#include "rtl/clocked.h"
-
 namespace metabuffer::rtl {
+
+class Clocked;
 
 /// What a Clocked sees of a Wire that is an input of its module.
 class WakingWire {
   public:
     /// The method sleeps: a change wakes it.
-    void add_sleeper(Clocked& sleeper) { sleepers_.push_back(&sleeper); }
+    void add_sleeper(Clocked& sleeper) {
+        ++heard_;
+        sleepers_.push_back(&sleeper);
+    }
     void remove_sleeper(Clocked& sleeper);
     /// At each change what is combinational in its module is evaluated.
-    void add_follower(Clocked& follower) { followers_.push_back(&follower); }
+    void add_follower(Clocked& follower) {
+        ++heard_;
+        followers_.push_back(&follower);
+    }
 
   protected:
     WakingWire() = default;
     ~WakingWire() = default;
-    bool is_heard() const { return !sleepers_.empty() || !followers_.empty(); }
+    bool is_heard() const { return heard_ > 0; }
     void note_change();
 
+    bool written_ = false;  ///< in this delta cycle
+    bool changes_ = false;  ///< by what was written last
+
   private:
+    int heard_ = 0;  ///< sleepers and followers
     std::vector<Clocked*> sleepers_;
     std::vector<Clocked*> followers_;
 };
@@ -65,9 +75,6 @@ class Wire final : public sc_core::sc_signal<Value>, public WakingWire {
         }
         return this->m_change_event_p != nullptr;
     }
-
-    bool written_ = false;  ///< in this delta cycle
-    bool changes_ = false;  ///< by what was written last
 };
 
 }  // namespace metabuffer::rtl

@@ -67,7 +67,7 @@ void WriteBuffer::put_out() {
 
 void WriteBuffer::trace(sc_core::sc_trace_file* file) const {
     registers_.trace(file, path(""));
-    sc_core::sc_trace(file, drain_i, path("drain"));
+    sc_core::sc_trace(file, drain_i.port(), path("drain"));
     sc_trace(file, data_o.read(), path("data"), words_per_cycle_);
 }
 

@@ -26,14 +26,14 @@ class WriteBuffer final : public Block {
   public:
     static constexpr std::size_t kHalves = 2;
 
-    sc_core::sc_in<bool> clk_i{"clk_i"};      ///< DVI input clock
-    sc_core::sc_in<bool> reset_i{"reset_i"};  ///< synchronous, active high
-    sc_core::sc_in<MemoryWrite> write_i{"write_i"};
-    sc_core::sc_vector<sc_core::sc_out<bool>> full_o{"full_o", kHalves};  ///< change with each block
-    sc_core::sc_vector<sc_core::sc_out<WriteBlock>> block_o{"block_o", kHalves};
-    sc_core::sc_in<MemoryCommand> command_i{"command_i"};  ///< core clock
-    sc_core::sc_in<bool> drain_i{"drain_i"};               ///< core clock: the half that is written
-    sc_core::sc_out<MemoryData> data_o{"data_o"};
+    In<bool> clk_i{"clk_i"};      ///< DVI input clock
+    In<bool> reset_i{"reset_i"};  ///< synchronous, active high
+    In<MemoryWrite> write_i{"write_i"};
+    PinVector<Out<bool>> full_o{"full_o", kHalves};  ///< change with each block
+    PinVector<Out<WriteBlock>> block_o{"block_o", kHalves};
+    In<MemoryCommand> command_i{"command_i"};  ///< core clock
+    In<bool> drain_i{"drain_i"};               ///< core clock: the half that is written
+    Out<MemoryData> data_o{"data_o"};
 
     /// words: pixels of one image.
     WriteBuffer(const sc_core::sc_module_name& name, const MemoryConfig& config, std::int64_t words);

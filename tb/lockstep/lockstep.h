@@ -181,21 +181,21 @@ class Lockstep : public LockstepBlock {
         }
     }
 
-    template <typename Value>
-    Input<Value>& in(sc_core::sc_in<Value> Dut::*port) {
-        return add_pin<Input<Value>>([port](Dut & dut) -> auto& { return dut.*port; });
+    template <typename Port>
+    Input<typename Port::data_type>& in(Port Dut::*port) {
+        return in_part<typename Port::data_type>([port](Dut & dut) -> auto& { return dut.*port; });
     }
-    template <typename Value>
-    Output<Value>& out(sc_core::sc_out<Value> Dut::*port) {
-        return add_pin<Output<Value>>([port](Dut & dut) -> auto& { return dut.*port; });
+    template <typename Port>
+    Output<typename Port::data_type>& out(Port Dut::*port) {
+        return out_part<typename Port::data_type>([port](Dut & dut) -> auto& { return dut.*port; });
     }
-    template <typename Value>
-    Input<Value>& in(sc_core::sc_vector<sc_core::sc_in<Value>> Dut::*ports, std::size_t index) {
-        return add_pin<Input<Value>>([ ports, index ](Dut & dut) -> auto& { return (dut.*ports)[index]; });
+    template <typename Ports, typename Value = typename Ports::element_type::data_type>
+    Input<Value>& in(Ports Dut::*ports, std::size_t index) {
+        return in_part<Value>([ ports, index ](Dut & dut) -> auto& { return (dut.*ports)[index]; });
     }
-    template <typename Value>
-    Output<Value>& out(sc_core::sc_vector<sc_core::sc_out<Value>> Dut::*ports, std::size_t index) {
-        return add_pin<Output<Value>>([ ports, index ](Dut & dut) -> auto& { return (dut.*ports)[index]; });
+    template <typename Ports, typename Value = typename Ports::element_type::data_type>
+    Output<Value>& out(Ports Dut::*ports, std::size_t index) {
+        return out_part<Value>([ ports, index ](Dut & dut) -> auto& { return (dut.*ports)[index]; });
     }
     /// A pin of a part of the block, which a function finds: `in_part<int>([](Dut& dut) -> auto& { return ...; })`.
     template <typename Value, typename Port>
@@ -219,7 +219,7 @@ class Lockstep : public LockstepBlock {
 
     template <typename Pin, typename Port>
     Pin& add_pin(const Port& port) {
-        auto pin = std::make_unique<Pin>(port(dut()).basename());
+        auto pin = std::make_unique<Pin>(static_cast<sc_core::sc_port_base&>(port(dut())).basename());
         for (const auto& dut : duts_) pin->bind(port(*dut));
         Pin& added = *pin;
         pins_.push_back(std::move(pin));

@@ -32,24 +32,24 @@ class WaveformCase final : public Lockstep<Dut> {
 
     using Lockstep<Dut>::Lockstep;
 
-    template <typename Value>
-    void drive(const std::string& wave, sc_core::sc_in<Value> Dut::*port,
-               const Letters<Value>& letters = {}) {
+    template <typename Port>
+    void drive(const std::string& wave, Port Dut::*port,
+               const Letters<typename Port::data_type>& letters = {}) {
         drive_pin(this->in(port), wave, letters);
     }
-    template <typename Value>
-    void check(const std::string& wave, sc_core::sc_out<Value> Dut::*port,
-               const Letters<Value>& letters = {}) {
+    template <typename Port>
+    void check(const std::string& wave, Port Dut::*port,
+               const Letters<typename Port::data_type>& letters = {}) {
         check_pin(this->out(port), wave, letters);
     }
-    template <typename Value>
-    void drive(const std::string& wave, sc_core::sc_vector<sc_core::sc_in<Value>> Dut::*ports,
-               std::size_t index, const Letters<Value>& letters = {}) {
+    template <typename Ports, typename Value = typename Ports::element_type::data_type>
+    void drive(const std::string& wave, Ports Dut::*ports, std::size_t index,
+               const Letters<Value>& letters = {}) {
         drive_pin(this->in(ports, index), wave, letters);
     }
-    template <typename Value>
-    void check(const std::string& wave, sc_core::sc_vector<sc_core::sc_out<Value>> Dut::*ports,
-               std::size_t index, const Letters<Value>& letters = {}) {
+    template <typename Ports, typename Value = typename Ports::element_type::data_type>
+    void check(const std::string& wave, Ports Dut::*ports, std::size_t index,
+               const Letters<Value>& letters = {}) {
         check_pin(this->out(ports, index), wave, letters);
     }
     /// Pins of which the case may have no string. An input then stands, an output is not checked.
@@ -61,13 +61,14 @@ class WaveformCase final : public Lockstep<Dut> {
     void run() { this->bench_.run(static_cast<int>(clocks_)); }
 
   private:
-    template <typename Value>
-    void leave_pin(sc_core::sc_in<Value> Dut::*port) {
-        if ((this->dut().*port).bind_count() == 0) this->in(port);
-    }
-    template <typename Value>
-    void leave_pin(sc_core::sc_out<Value> Dut::*port) {
-        if ((this->dut().*port).bind_count() == 0) this->out(port);
+    template <typename Port>
+    void leave_pin(Port Dut::*port) {
+        if (static_cast<sc_core::sc_port_base&>(this->dut().*port).bind_count() > 0) return;
+        if constexpr (std::is_convertible_v<Port&, sc_core::sc_in<typename Port::data_type>&>) {
+            this->in(port);
+        } else {
+            this->out(port);
+        }
     }
     using Clocked = std::vector<std::function<void(std::size_t clock)>>;
 

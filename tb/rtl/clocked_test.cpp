@@ -28,7 +28,7 @@ class Adder final : public rtl::Block {
     sc_core::sc_out<int> sum_o{"sum_o"};
 
     explicit Adder(const sc_core::sc_module_name& name) : Block(name) {
-        clocked_.reads({&add_i, &event_add_i});
+        clocked_.reads({add_i, event_add_i});
     }
 
     void trace(sc_core::sc_trace_file* /*file*/) const override {}

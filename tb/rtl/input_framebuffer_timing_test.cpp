@@ -151,17 +151,17 @@ class PortWaves final : private PortParts, public Lockstep<BusSide> {
 
   private:
     template <typename Value>
-    Input<Value>& port_in(sc_core::sc_in<Value> BusPort::*pin) {
+    Input<Value>& port_in(rtl::In<Value> BusPort::*pin) {
         return in_part<Value>([pin](BusSide & dut) -> auto& { return dut.port.*pin; });
     }
     template <typename Value>
-    Output<Value>& port_out(sc_core::sc_out<Value> BusPort::*pin) {
+    Output<Value>& port_out(rtl::Out<Value> BusPort::*pin) {
         return out_part<Value>([pin](BusSide & dut) -> auto& { return dut.port.*pin; });
     }
-    Input<bool>& port_in(sc_core::sc_vector<sc_core::sc_in<bool>> BusPort::*pins, std::size_t index) {
+    Input<bool>& port_in(rtl::PinVector<rtl::In<bool>> BusPort::*pins, std::size_t index) {
         return in_part<bool>([ pins, index ](BusSide & dut) -> auto& { return (dut.port.*pins)[index]; });
     }
-    Output<bool>& port_out(sc_core::sc_vector<sc_core::sc_out<bool>> BusPort::*pins, std::size_t index) {
+    Output<bool>& port_out(rtl::PinVector<rtl::Out<bool>> BusPort::*pins, std::size_t index) {
         return out_part<bool>([ pins, index ](BusSide & dut) -> auto& { return (dut.port.*pins)[index]; });
     }
 

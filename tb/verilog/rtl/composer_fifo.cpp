@@ -122,10 +122,10 @@ void ComposerFifo::trace(sc_core::sc_trace_file* file) const {
     sc_core::sc_trace(file, word_o, path("word"));
     sc_core::sc_trace(file, free_o, path("free"));
     if (second_row != nullptr) {
-        sc_core::sc_trace(file, second_row->next_word_o, path("next_word"));
+        sc_core::sc_trace(file, second_row->next_word_o.port(), path("next_word"));
         sc_trace(file, second_row->row_read_i.read(), path("row_read"));
-        sc_core::sc_trace(file, second_row->row_word_o, path("row_word"));
-        sc_core::sc_trace(file, second_row->row_next_word_o, path("row_next_word"));
+        sc_core::sc_trace(file, second_row->row_word_o.port(), path("row_word"));
+        sc_core::sc_trace(file, second_row->row_next_word_o.port(), path("row_next_word"));
     }
 }
 
