@@ -6,34 +6,56 @@
 namespace metabuffer::rtl {
 
 void RisingClock::start_of_simulation() {
-    spawn_method([this] { tick(); }, {&m_next_posedge_event, &m_next_negedge_event});
+    spawn_method([this] { tick(); }, {&m_next_posedge_event, &risen_, &m_next_negedge_event});
     m_next_posedge_event.notify(sc_core::SC_ZERO_TIME);
 }
 
 void RisingClock::tick() {
-    if (stopped_) return;
-    const bool falls = m_next_negedge_event.triggered();
-    m_cur_val = falls;  // without a fall in between it is low all the same when it rises again
-    m_new_val = !falls;
-    request_update();
-    if (falls) return;
+    if (risen_.triggered()) {
+        call_blocks();
+    } else if (stopped_) {
+        return;
+    } else if (m_next_negedge_event.triggered()) {
+        m_new_val = false;
+        request_update();
+    } else {
+        rise();
+    }
+}
+
+void RisingClock::rise() {
     m_next_posedge_event.notify(period());
     falls_ = falls_ || m_change_event_p != nullptr || m_negedge_event_p != nullptr;
     if (falls_) m_next_negedge_event.notify(m_negedge_time);
+    m_new_val = true;
+    if (!is_heard() && !sc_core::sc_pending_activity_at_current_time()) {
+        m_cur_val = true;
+        call_blocks();
+        return;
+    }
+    m_cur_val = false;  // it may not have fallen since it rose
+    request_update();
+    if (!gated_.empty()) risen_.notify(sc_core::SC_ZERO_TIME);
+}
+
+void RisingClock::call_blocks() {
+    for (GatedClock* const gated : gated_) gated->clock_edge();
 }
 
 GatedClock::GatedClock(const sc_core::sc_module_name& name) : sc_core::sc_module(name) {
-    SC_METHOD(clock_edge);
-    sensitive << clk_i.pos();
-    dont_initialize();
     SC_METHOD(evaluate);
     sensitive << settles_;
     dont_initialize();
 }
 
 void GatedClock::end_of_elaboration() {
-    const auto& clock = dynamic_cast<const sc_core::sc_clock&>(*clk_i.get_interface());
+    auto& clock = dynamic_cast<sc_core::sc_clock&>(*clk_i.get_interface());
     period_picoseconds_ = static_cast<std::int64_t>(clock.period().value());
+    if (auto* const rising = dynamic_cast<RisingClock*>(&clock)) {
+        rising->drives(*this);
+    } else {
+        spawn_method([this] { clock_edge(); }, {&clk_i->posedge_event()});
+    }
 }
 
 std::int64_t GatedClock::edge() const {
@@ -54,9 +76,6 @@ void GatedClock::wake(const EdgeCall& call) {
     const auto index = static_cast<std::size_t>(&call - calls_.data());
     awake_[index / kWordBits] |= std::uint64_t{1} << index % kWordBits;
     ++awake_methods_;
-    if (stands_still_) {
-        start_again_.notify(sc_core::SC_ZERO_TIME);
-    }
 }
 
 void GatedClock::settle(Clocked& method) {
@@ -71,10 +90,6 @@ void GatedClock::evaluate() {
 }
 
 void GatedClock::clock_edge() {
-    if (stands_still_) {
-        stands_still_ = false;  // called between two edges
-        return;
-    }
     EdgeCall* calls = calls_.data();
     for (std::uint64_t& word : awake_) {
         for (std::uint64_t left = word; left != 0; left &= left - 1) {
@@ -86,12 +101,7 @@ void GatedClock::clock_edge() {
         }
         calls += kWordBits;
     }
-    if (has_listeners_) {
-        posedge_.notify();
-    } else if (awake_methods_ == 0) {
-        stands_still_ = true;
-        next_trigger(start_again_);
-    }
+    if (has_listeners_) posedge_.notify();
 }
 
 }  // namespace metabuffer::rtl

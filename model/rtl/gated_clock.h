@@ -8,7 +8,13 @@
 
 namespace metabuffer::rtl {
 
-/// An sc_clock that rises at time 0. It falls only if somebody waits for that or sees it in a waveform: each edge takes time.
+class GatedClock;
+
+/// An sc_clock that rises at time 0. Each thing that it does takes time, so it does without what nobody sees:
+///
+/// - it falls only if somebody waits for that or sees it in a waveform;
+/// - as any signal it rises one delta cycle before the edges of its blocks. Where nothing else happens at that time, and
+///   nobody waits for the signal, both are one.
 class RisingClock final : public sc_core::sc_clock {
   public:
     RisingClock(const char* name, const sc_core::sc_time& period) : sc_core::sc_clock(name, period) {}
@@ -16,12 +22,21 @@ class RisingClock final : public sc_core::sc_clock {
     void show_falls() { falls_ = true; }
     /// It has no more edges.
     void stop() { stopped_ = true; }
+    /// The blocks of this one have their edges when the clock rises.
+    void drives(GatedClock& gated) { gated_.push_back(&gated); }
 
   private:
     void before_end_of_elaboration() override {}
     void start_of_simulation() override;
     void tick();
+    void rise();
+    void call_blocks();
+    bool is_heard() const {
+        return m_change_event_p != nullptr || m_posedge_event_p != nullptr || m_negedge_event_p != nullptr;
+    }
 
+    std::vector<GatedClock*> gated_;
+    sc_core::sc_event risen_;
     bool falls_ = false;
     bool stopped_ = false;
 };
@@ -30,8 +45,8 @@ class RisingClock final : public sc_core::sc_clock {
 enum class ClockGating : std::uint8_t { kOn, kOff };
 
 /// A clock gating cell: a clock for many modules, which stands still while the clocked methods of all of them sleep. It
-/// calls those that are awake itself, in the delta cycle of clk_i's edge, before any signal changes. Anything else that is
-/// bound to it sees the edges of clk_i, and then it never stands still.
+/// calls those that are awake itself, at clk_i's edge, before any signal changes. Anything else that is bound to it sees the
+/// edges of clk_i, and then it never stands still.
 ///
 /// clk_i must be bound to an sc_clock that rises at time 0.
 class GatedClock final : public sc_core::sc_module, public sc_core::sc_signal_in_if<bool> {
@@ -44,7 +59,9 @@ class GatedClock final : public sc_core::sc_module, public sc_core::sc_signal_in
     std::int64_t period_picoseconds() const { return period_picoseconds_; }
     /// The number of the last edge, from 0.
     std::int64_t edge() const;
-    bool stands_still() const { return stands_still_; }
+    bool stands_still() const { return awake_methods_ == 0 && !has_listeners_; }
+    /// Calls the methods that are awake.
+    void clock_edge();
     /// How many of the methods sleep.
     std::size_t sleepers() const { return calls_.size() - awake_methods_; }
 
@@ -67,7 +84,6 @@ class GatedClock final : public sc_core::sc_module, public sc_core::sc_signal_in
 
     void end_of_elaboration() override;
     void start_of_simulation() override;
-    void clock_edge();
     void add(const EdgeCall& call);
     /// Calls the method at each edge from the next one on, until it sleeps.
     void wake(const EdgeCall& call);
@@ -80,9 +96,7 @@ class GatedClock final : public sc_core::sc_module, public sc_core::sc_signal_in
     std::vector<std::uint64_t> awake_;  ///< a bit for each call
     std::size_t awake_methods_ = 0;
     std::vector<Clocked*> settling_;
-    bool stands_still_ = false;
     mutable bool has_listeners_ = false;
-    sc_core::sc_event start_again_{"start_again"};
     sc_core::sc_event settles_{"settles"};
     sc_core::sc_event posedge_{"posedge"};
 };
