@@ -64,12 +64,12 @@ void Clocked::find_combinational_inputs() {
     std::vector<const sc_core::sc_event*> events;
     if (clock_ == nullptr) events.push_back(&registers_.changed_event());
     for (sc_core::sc_port_base& port : outputs_read_) {
-        sc_core::sc_interface* const channel = port.get_interface();
-        auto* const wire = dynamic_cast<WakingWire*>(channel);
+        sc_core::sc_interface& channel = *port.get_interface();
+        auto* const wire = dynamic_cast<WakingWire*>(&channel);
         if (clock_ != nullptr && wire != nullptr) {
             wire->add_follower(*this);
         } else {
-            events.push_back(&channel->default_event());
+            events.push_back(&channel.default_event());
         }
     }
     if (!events.empty()) spawn_method([this] { evaluate(); }, events);
@@ -99,6 +99,7 @@ void Clocked::end_sleep() {
 }
 
 void Clocked::fall_asleep() {
+    call_->idle_edges = 0;
     asleep_ = true;
     last_edge_ = clock_->edge();
     for (WakingWire* const wire : wires_) wire->add_sleeper(*this);

@@ -18,12 +18,12 @@ class WakingWire;
 /// What a clock needs of a clocked method at an edge. It fills a line of the processor's cache, and those of a clock lie
 /// together.
 struct alignas(64) EdgeCall {
-    Clocked* clocked;
-    sc_core::sc_module* module;
-    RegisterSet* registers;
-    const bool* in_reset;
-    void (sc_core::sc_module::*edge)();
-    bool has_outputs;  ///< something is combinational
+    Clocked* clocked = nullptr;
+    sc_core::sc_module* module = nullptr;
+    RegisterSet* registers = nullptr;
+    const bool* in_reset = nullptr;
+    void (sc_core::sc_module::*edge)() = nullptr;
+    bool has_outputs = false;  ///< something is combinational
     int idle_edges = 0;
     bool woken = false;  ///< since the last edge
     bool may_sleep = false;
@@ -160,7 +160,6 @@ inline bool EdgeCall::execute() {
     }
     may_sleep = false;
     if (++idle_edges < Clocked::kIdleEdges) return true;
-    idle_edges = 0;
     clocked->fall_asleep();
     return false;
 }

@@ -155,7 +155,10 @@ class Register final {
         note_change();
         return *this;
     }
-    Register& operator=(const Register& other) { return *this = other.value_; }
+    Register& operator=(const Register& other) {
+        if (this != &other) *this = other.value_;
+        return *this;
+    }
     Register& operator+=(const Value& by) { return *this = static_cast<Value>(value_ + by); }
     Register& operator-=(const Value& by) { return *this = static_cast<Value>(value_ - by); }
     const Value* operator->() const { return &value_; }

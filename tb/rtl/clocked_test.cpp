@@ -196,6 +196,29 @@ TEST_CASE("rising clock: it falls from the next rise on that comes after somebod
     CHECK(falls == std::vector<double>{35.0, 45.0});
 }
 
+TEST_CASE("rising clock: an edge sees what changes at the very time of the clock's rise") {
+    const sc_core::sc_time period(10.0, sc_core::SC_NS);
+    rtl::RisingClock clock("clock", period);
+    GatedClock gated("gated_clock");
+    gated.clk_i(clock);
+    rtl::Wire<int> add("add"), sum("sum"), nothing("nothing");
+    Adder adder("adder");
+    adder.clk_i(gated);
+    adder.add_i(add);
+    adder.event_add_i(nothing);
+    adder.unread_i(nothing);
+    adder.sum_o(sum);
+    sc_core::sc_event changes;
+    rtl::spawn_method([&] { add.write(add.read() + 1); }, {&changes});
+    // The edges at 0 and 20 have their times for themselves.
+    for (const double at : {10.0, 30.0, 40.0}) {
+        changes.notify(sc_core::sc_time(at, sc_core::SC_NS) - sc_core::sc_time_stamp());
+        sc_core::sc_start(sc_core::sc_time(at + 1.0, sc_core::SC_NS) - sc_core::sc_time_stamp());
+    }
+    CHECK(adder.edges == 5);
+    CHECK(sum.read() == 0 + 1 + 1 + 2 + 3);
+}
+
 TEST_CASE("wire: a process that waits for an edge of it runs at each") {
     rtl::Wire<bool> wire("wire", false);
     int rises = 0, falls = 0;
