@@ -31,9 +31,7 @@ class RisingClock final : public sc_core::sc_clock {
     void tick();
     void rise();
     void call_blocks();
-    bool is_heard() const {
-        return m_change_event_p != nullptr || m_posedge_event_p != nullptr || m_negedge_event_p != nullptr;
-    }
+    bool is_heard() const;
 
     std::vector<GatedClock*> gated_;
     sc_core::sc_event risen_;
@@ -60,6 +58,8 @@ class GatedClock final : public sc_core::sc_module, public sc_core::sc_signal_in
     /// The number of the last edge, from 0.
     std::int64_t edge() const;
     bool stands_still() const { return awake_methods_ == 0 && !has_listeners_; }
+    /// Something besides the methods is bound to it.
+    bool has_listeners() const { return has_listeners_; }
     /// Calls the methods that are awake.
     void clock_edge();
     /// How many of the methods sleep.

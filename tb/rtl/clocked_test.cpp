@@ -219,6 +219,16 @@ TEST_CASE("rising clock: an edge sees what changes at the very time of the clock
     CHECK(sum.read() == 0 + 1 + 1 + 2 + 3);
 }
 
+TEST_CASE("rising clock: a process on the gated clock finds it at its edge") {
+    rtl::RisingClock clock("clock", sc_core::sc_time(10.0, sc_core::SC_NS));
+    GatedClock gated("gated_clock");
+    gated.clk_i(clock);
+    int rises = 0;
+    rtl::spawn_method([&] { rises += gated.posedge() && gated.event() ? 1 : 0; }, {&gated.posedge_event()});
+    sc_core::sc_start(21.0, sc_core::SC_NS);
+    CHECK(rises == 3);
+}
+
 TEST_CASE("wire: a process that waits for an edge of it runs at each") {
     rtl::Wire<bool> wire("wire", false);
     int rises = 0, falls = 0;
