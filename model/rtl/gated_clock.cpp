@@ -1,7 +1,5 @@
 #include "rtl/gated_clock.h"
 
-#include <algorithm>
-
 #include "rtl/clocked.h"
 #include "rtl/spawn_method.h"
 
@@ -38,12 +36,6 @@ void RisingClock::rise() {
     m_cur_val = false;  // it may not have fallen since it rose
     request_update();
     if (!gated_.empty()) risen_.notify(sc_core::SC_ZERO_TIME);
-}
-
-bool RisingClock::is_heard() const {
-    return m_change_event_p != nullptr || m_posedge_event_p != nullptr || m_negedge_event_p != nullptr ||
-           std::any_of(gated_.begin(), gated_.end(),
-                       [](const GatedClock* gated) { return gated->has_listeners(); });
 }
 
 void RisingClock::call_blocks() {

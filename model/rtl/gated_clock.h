@@ -31,7 +31,9 @@ class RisingClock final : public sc_core::sc_clock {
     void tick();
     void rise();
     void call_blocks();
-    bool is_heard() const;
+    bool is_heard() const {
+        return m_change_event_p != nullptr || m_posedge_event_p != nullptr || m_negedge_event_p != nullptr;
+    }
 
     std::vector<GatedClock*> gated_;
     sc_core::sc_event risen_;
@@ -58,8 +60,6 @@ class GatedClock final : public sc_core::sc_module, public sc_core::sc_signal_in
     /// The number of the last edge, from 0.
     std::int64_t edge() const;
     bool stands_still() const { return awake_methods_ == 0 && !has_listeners_; }
-    /// Something besides the methods is bound to it.
-    bool has_listeners() const { return has_listeners_; }
     /// Calls the methods that are awake.
     void clock_edge();
     /// How many of the methods sleep.
@@ -68,6 +68,7 @@ class GatedClock final : public sc_core::sc_module, public sc_core::sc_signal_in
     const sc_core::sc_event& value_changed_event() const override { return clk_i->value_changed_event(); }
     const sc_core::sc_event& posedge_event() const override {
         has_listeners_ = true;
+        clk_i->posedge_event();  // so that clk_i rises for who asks which edge it is
         return posedge_;
     }
     const sc_core::sc_event& negedge_event() const override { return clk_i->negedge_event(); }

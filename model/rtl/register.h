@@ -62,8 +62,6 @@ struct StateTracer {
     }
 };
 
-class RegisterSet;
-
 /// What a RegisterSet knows of one of its registers. It lies elsewhere in memory than the value, so that a block's values,
 /// which each edge needs, lie together.
 class AnyRegister {

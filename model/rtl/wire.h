@@ -29,6 +29,7 @@ class WakingWire {
     bool is_heard() const { return heard_ > 0; }
     void note_change();
 
+    // Of the Wire. They are here to lie beside its values.
     bool written_ = false;  ///< in this delta cycle
     bool changes_ = false;  ///< by what was written last
 
